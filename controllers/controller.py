@@ -1,0 +1,60 @@
+"""What a locomotion controller is: a class that says what it wants of the next step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from warp_softbody.controllers.objectives import Objective
+from warp_softbody.controllers.patches import Patch
+from warp_softbody.errors import InputError
+from warp_softbody.view import BodyView
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActivationCost:
+    """What activations a = l_d / l_0 cost, each averaged over the segments.
+
+    Attributes:
+        effort: weight of (a - 1)^2, keeps unused muscles relaxed.
+        change: weight of (a - a_before)^2 per 0.01 s, keeps motion smooth; it is scaled by (0.01 s / dt) to
+            mean the same at any time step.
+    """
+
+    effort: float = 0.02
+    change: float = 5.0
+
+    def __post_init__(self) -> None:
+        """Refuse weights that would leave the problem without a unique answer."""
+        for name in ("effort", "change"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise InputError(
+                    f"activation {name} must be finite and not negative, got {value!r}"
+                )
+        if self.effort + self.change <= 0.0:
+            raise InputError("activation effort and change must not both be zero")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goals:
+    """What is wanted of one step.
+
+    Attributes:
+        objectives: weighted squares of linear functions of v+.
+        patches: contacts that the plan may use.
+        activation: cost of the activations.
+    """
+
+    objectives: tuple[Objective, ...]
+    patches: tuple[Patch, ...] = ()
+    activation: ActivationCost = field(default_factory=ActivationCost)
+
+
+class Controller(Protocol):
+    """One method; a user's own controller needs no base class."""
+
+    def goals(self, view: BodyView) -> Goals | None:
+        """What is wanted of the step from ``view`` on; None leaves every muscle slack."""
+        ...

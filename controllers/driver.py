@@ -1,0 +1,129 @@
+"""From goals to activations: builds the step's QPCC on the bridge's maps and solves it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.bridge import Bridge, ControlProblem
+from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
+from warp_softbody.controllers.qpcc import ContactQPCC
+from warp_softbody.controllers.result import QPCCResult, QPCCStatus, SolverOptions
+from warp_softbody.controllers.solver import solve_qpcc, solve_static
+from warp_softbody.view import BodyView
+
+FloatArray = npt.NDArray[np.float64]
+Method = Literal["qpcc", "static"]
+
+SHORTEST = 0.5
+"""Smallest activation l_d / l_0 (METHOD section 2)."""
+
+STEP_OPTIONS = SolverOptions(max_qps=16, kicks=0, tolerance=1e-6)
+"""What one step in real time may spend."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decision:
+    """What the driver chose for a step.
+
+    Attributes:
+        rest_lengths: l_d, (s,) m.
+        result: of the QPCC.
+        block_iterations: of the bridge's solve.
+    """
+
+    rest_lengths: FloatArray
+    result: QPCCResult
+    block_iterations: int
+
+
+def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
+    """Bounds of a = l_d / l_0: from 0.5 to 1, and never beyond the present length (a muscle only pulls)."""
+    length = problem.lengths / problem.rest_lengths
+    return np.minimum(SHORTEST, length), np.minimum(1.0, length)
+
+
+def build_qpcc(
+    goals: Goals, problem: ControlProblem, activations: FloatArray, time_step: float
+) -> ContactQPCC:
+    """The step's QPCC over activations a and patch impulses f, rows of J = [objectives; patches]."""
+    wanted = sum(len(objective.rows) for objective in goals.objectives)
+    scale = problem.rest_lengths
+    by_activation = problem.muscle_map * scale
+    offset = problem.free_velocity - problem.muscle_map @ problem.lengths
+    maps = np.concatenate([by_activation[:wanted], problem.compliance[:wanted, wanted:]], axis=1)
+    target = np.concatenate([o.target for o in goals.objectives] or [np.zeros(0)])
+    weight = np.concatenate([o.weight for o in goals.objectives] or [np.zeros(0)])
+    miss = offset[:wanted] - target
+    hessian = 2.0 * maps.T @ (weight[:, None] * maps)
+    gradient = 2.0 * maps.T @ (weight * miss)
+    effort, change = _activation_weights(goals.activation, len(scale), time_step)
+    diagonal = np.arange(len(scale))
+    hessian[diagonal, diagonal] += effort + change
+    gradient[: len(scale)] -= effort + change * activations
+    constant = float(weight @ (miss * miss)) + 0.5 * float(
+        effort * len(scale) + change * (activations @ activations)
+    )
+    gaps = np.zeros(3 * len(goals.patches))
+    gaps[::3] = [patch.gap / time_step for patch in goals.patches]
+    lower, upper = activation_bounds(problem)
+    return ContactQPCC(
+        hessian=0.5 * (hessian + hessian.T),
+        gradient=gradient,
+        constant=constant,
+        lower=lower,
+        upper=upper,
+        velocity_offset=offset[wanted:] + gaps,
+        velocity_from_controls=by_activation[wanted:],
+        velocity_from_forces=problem.compliance[wanted:, wanted:],
+        friction=np.array([patch.friction for patch in goals.patches]),
+    )
+
+
+def _activation_weights(cost: ActivationCost, count: int, time_step: float) -> tuple[float, float]:
+    """Second derivatives of the two terms for each segment."""
+    change = cost.change * 0.01 / time_step
+    return 2.0 * cost.effort / count, 2.0 * change / count
+
+
+class Driver:
+    """Asks a controller for goals each step and finds the activations that serve them best."""
+
+    def __init__(self, controller: Controller, bridge: Bridge, method: Method = "qpcc") -> None:
+        """Drive a controller by the QPCC or by the static-contact baseline."""
+        self._controller = controller
+        self._bridge = bridge
+        self._method = method
+        self._modes: tuple[int, ...] | None = None
+
+    def decide(self, view: BodyView) -> Decision | None:
+        """Rest lengths of the step from ``view`` on; None leaves the muscles slack."""
+        goals = self._controller.goals(view)
+        if goals is None:
+            self._modes = None
+            return None
+        rows = [objective.rows for objective in goals.objectives]
+        rows += [patch.rows() for patch in goals.patches]
+        problem = self._bridge.solve(np.concatenate(rows))
+        activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
+        qpcc = build_qpcc(goals, problem, activations, view.time_step)
+        result = self._solve(qpcc, activations)
+        usable = result.status is not QPCCStatus.INFEASIBLE
+        self._modes = result.modes if usable else None
+        chosen = result.controls if usable else activations
+        return Decision(
+            rest_lengths=chosen * problem.rest_lengths,
+            result=result,
+            block_iterations=problem.iterations,
+        )
+
+    def _solve(self, qpcc: ContactQPCC, activations: FloatArray) -> QPCCResult:
+        if self._method == "static":
+            return solve_static(qpcc, fallback_controls=activations, options=STEP_OPTIONS)
+        start = self._modes
+        if start is not None and len(start) != qpcc.contact_count:
+            start = None
+        return solve_qpcc(qpcc, start=start, fallback_controls=activations, options=STEP_OPTIONS)

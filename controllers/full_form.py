@@ -1,0 +1,172 @@
+"""The QPCC with every complementarity pair written out, for checks apart from the pieces.
+
+Variables ``x = (u, per contact: f_n, beta_1..beta_m, lam)``; pairs ``0 <= L x + l0 _|_ R x + r0
+>= 0`` in the order (f_n, w_n), (beta_j, d_j . w_t + lam), (lam, mu f_n - sum_j beta_j) of METHOD
+section 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
+
+IntArray = npt.NDArray[np.intp]
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FullForm:
+    """General QPCC arrays; names as in the literature (and in stored test instances).
+
+    Attributes:
+        Q: (n, n) with n = nu + K (m + 2).
+        c: (n,).
+        c0: constant.
+        lb: (n,), -inf for every contact variable (the pairs bound them).
+        ub: (n,).
+        L: (p, n) with p = K (m + 2).
+        l0: (p,).
+        R: (p, n).
+        r0: (p,).
+        left_scale: (p,), a typical size of ``L x + l0``, N s or m/s.
+        right_scale: (p,), a typical size of ``R x + r0``.
+    """
+
+    Q: FloatArray
+    c: FloatArray
+    c0: float
+    lb: FloatArray
+    ub: FloatArray
+    L: FloatArray
+    l0: FloatArray
+    R: FloatArray
+    r0: FloatArray
+    left_scale: FloatArray
+    right_scale: FloatArray
+
+    def complementarity(self, x: FloatArray) -> float:
+        """Largest ``|min(left, right)|`` over the pairs, both sides divided by their scale."""
+        left = (self.L @ x + self.l0) / self.left_scale
+        right = (self.R @ x + self.r0) / self.right_scale
+        return float(np.max(np.abs(np.minimum(left, right)), initial=0.0))
+
+
+def force_map(problem: ContactQPCC) -> FloatArray:
+    """(nu + 3K, nu + K (m + 2)): z = map @ x, that is ``f_t = sum_j S_j beta_j d_j``."""
+    nu, k, m = problem.control_count, problem.contact_count, len(problem.directions)
+    out = np.zeros((nu + 3 * k, nu + k * (m + 2)))
+    out[:nu, :nu] = np.eye(nu)
+    for i in range(k):
+        row, column = nu + 3 * i, nu + (m + 2) * i
+        out[row, column] = 1.0
+        out[row + 1 : row + 3, column + 1 : column + 1 + m] = (
+            problem.directions * problem.scale[i][:, None]
+        ).T
+    return out
+
+
+def to_full(problem: ContactQPCC) -> FullForm:
+    """Write the problem in the general form."""
+    nu, k, m = problem.control_count, problem.contact_count, len(problem.directions)
+    to_z = force_map(problem)
+    size = nu + k * (m + 2)
+    left = np.zeros((k * (m + 2), size))
+    left[:, nu:] = np.eye(k * (m + 2))
+    slopes = np.hstack([problem.velocity_from_controls, problem.velocity_from_forces]) @ to_z
+    right, right_offset = np.zeros_like(left), np.zeros(len(left))
+    for i in range(k):
+        row, column = (m + 2) * i, nu + (m + 2) * i
+        right[row] = slopes[3 * i]
+        right_offset[row] = problem.velocity_offset[3 * i]
+        tangent = slice(3 * i + 1, 3 * i + 3)
+        right[row + 1 : row + 1 + m] = problem.directions @ slopes[tangent]
+        right[row + 1 : row + 1 + m, column + m + 1] += 1.0
+        right_offset[row + 1 : row + 1 + m] = problem.directions @ problem.velocity_offset[tangent]
+        right[row + m + 1, column] = problem.friction[i]
+        right[row + m + 1, column + 1 : column + 1 + m] = -1.0
+    speed, impulse = problem.scales
+    left_scale = np.tile(np.r_[np.full(m + 1, impulse), speed], k)
+    right_scale = np.tile(np.r_[np.full(m + 1, speed), impulse], k)
+    free = np.full(k * (m + 2), np.inf)
+    return FullForm(
+        Q=to_z.T @ problem.hessian @ to_z,
+        c=to_z.T @ problem.gradient,
+        c0=problem.constant,
+        lb=np.concatenate([problem.lower, -free]),
+        ub=np.concatenate([problem.upper, free]),
+        L=left,
+        l0=np.zeros(len(left)),
+        R=right,
+        r0=right_offset,
+        left_scale=left_scale,
+        right_scale=right_scale,
+    )
+
+
+def full_point(problem: ContactQPCC, controls: FloatArray, forces: FloatArray) -> FloatArray:
+    """The x of the full form for given controls and forces (K, 3).
+
+    lam is the largest speed against any direction. The betas are a smallest nonnegative combination
+    of two directions that gives the tangent force: sliding forces have one such combination,
+    sticking forces inside the cone have one with ``sum beta <= mu f_n``.
+    """
+    velocities = problem.velocity(controls, forces)
+    lam = (-velocities[:, 1:] @ problem.directions.T).max(axis=1, initial=0.0)
+    sliding = lam > 1e-9 * problem.scales[0]
+    beta = _split_tangents(forces[:, 1:], problem.directions, problem.scale, sliding)
+    blocks = np.concatenate([forces[:, :1], beta, lam[:, None]], axis=1)
+    return np.concatenate([controls, blocks.reshape(-1)])
+
+
+def complementarity(problem: ContactQPCC, controls: FloatArray, forces: FloatArray) -> float:
+    """Scaled residual of every pair, as ``to_full(..).complementarity(full_point(..))``, faster."""
+    speed, impulse = problem.scales
+    blocks = full_point(problem, controls, forces)[problem.control_count :]
+    blocks = blocks.reshape(problem.contact_count, len(problem.directions) + 2)
+    normal, beta, lam = blocks[:, :1], blocks[:, 1:-1], blocks[:, -1:]
+    velocities = problem.velocity(controls, forces)
+    against = velocities[:, 1:] @ problem.directions.T + lam
+    spare = problem.friction[:, None] * normal - beta.sum(axis=1, keepdims=True)
+    left = np.concatenate([normal / impulse, beta / impulse, lam / speed], axis=1)
+    right = np.concatenate([velocities[:, :1] / speed, against / speed, spare / impulse], axis=1)
+    return float(np.abs(np.minimum(left, right)).max(initial=0.0))
+
+
+@lru_cache(maxsize=8)
+def _pairs(count: int) -> tuple[IntArray, IntArray, BoolArray]:
+    """All pairs of directions, and which of them are neighbours."""
+    first, second = np.triu_indices(count, 1)
+    return first, second, (second - first == 1) | (second - first == count - 1)
+
+
+def _split_tangents(
+    tangents: FloatArray, directions: FloatArray, scale: FloatArray, neighbours: BoolArray
+) -> FloatArray:
+    """(K, m) beta >= 0 with ``sum_j S_j beta_j d_j = tangent``, two each, least in sum.
+
+    A sliding force lies between neighbours; a sticking one may span any two directions, because
+    with unequal S some directions lie inside the hull of the others.
+    """
+    contacts, count = scale.shape
+    first, second, adjacent = _pairs(count)
+    scaled = directions * scale[:, :, None]
+    a, b = scaled[:, first], scaled[:, second]
+    determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    usable = np.abs(determinant) > 1e-12
+    usable &= adjacent | ~neighbours[:, None]
+    determinant = np.where(usable, determinant, 1.0)
+    x, y = tangents[:, :1], tangents[:, 1:]
+    on_a = (x * b[..., 1] - y * b[..., 0]) / determinant
+    on_b = (a[..., 0] * y - a[..., 1] * x) / determinant
+    deficit = np.maximum(0.0, -np.minimum(on_a, on_b))
+    slack = 1e-12 * (1.0 + np.abs(x) + np.abs(y))
+    cost = np.where(deficit <= slack, 0.0, 1e6 * deficit) + np.abs(on_a) + np.abs(on_b)
+    best = np.where(usable, cost, np.inf).argmin(axis=1)
+    each, beta = np.arange(contacts), np.zeros((contacts, count))
+    beta[each, first[best]], beta[each, second[best]] = on_a[each, best], on_b[each, best]
+    return beta

@@ -1,0 +1,194 @@
+"""The contact QPCC of one control step (METHOD section 4, equation 11), free of any engine.
+
+Minimise ``1/2 z'Qz + c'z + c0`` over the controls u and the contact impulses f, ``z = (u, f)``,
+subject to ``lower <= u <= upper`` and, for every contact, Coulomb's law on a linearised cone with
+m tangent directions d_j (METHOD section 3), where ``w = w0 + Wu u + Wf f`` is the contact
+velocity:
+
+    0 <= f_n    _|_  w_n >= 0
+    0 <= beta_j _|_  d_j . w_t + lam >= 0          f_t = sum_j S_j beta_j d_j
+    0 <= lam    _|_  mu f_n - sum_j beta_j >= 0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+
+SYMMETRY_TOLERANCE = 1e-3
+"""Relative asymmetry of ``velocity_from_forces`` that passes for rounding (float32: 1e-4)."""
+
+CONVEXITY_TOLERANCE = 1e-9
+"""Relative size of a negative eigenvalue of the Hessian that passes for rounding."""
+
+
+def uniform_directions(count: int = 8) -> FloatArray:
+    """``count`` unit vectors of the tangent plane at equal angles, the first along tangent 1."""
+    if count < 3:
+        raise InputError(f"a friction cone needs at least 3 directions, got {count}")
+    angles = 2.0 * np.pi * np.arange(count) / count
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactQPCC:
+    """One step's control problem; arrays are stored as float64 and must not be changed afterwards.
+
+    Local frame of a contact: (normal, tangent 1, tangent 2), the normal pointing out of the ground.
+    Forces are impulses (N s), velocities m/s, controls in whatever unit the caller uses (l_d: m).
+
+    Attributes:
+        hessian: Q, (nu + 3K, nu + 3K), symmetric positive semidefinite.
+        gradient: c, (nu + 3K,).
+        constant: c0.
+        lower: (nu,), may hold -inf.
+        upper: (nu,), may hold +inf.
+        velocity_offset: w0, (3K,), m/s; normal rows include gap / dt.
+        velocity_from_controls: Wu, (3K, nu).
+        velocity_from_forces: Wf, (3K, 3K), the Delassus matrix, symmetric up to rounding.
+        friction: mu, (K,), or one number for all contacts.
+        directions: d_j, (m, 2) unit vectors ordered by angle, no gap of half a turn or more.
+        direction_scale: S, (K, m), > 0: friction's share per direction (directional friction).
+    """
+
+    hessian: FloatArray
+    gradient: FloatArray
+    constant: float = 0.0
+    lower: FloatArray
+    upper: FloatArray
+    velocity_offset: FloatArray
+    velocity_from_controls: FloatArray
+    velocity_from_forces: FloatArray
+    friction: FloatArray
+    directions: FloatArray = field(default_factory=uniform_directions)
+    direction_scale: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        """Convert, then check shapes, numbers and convexity."""
+        for name in (entry.name for entry in fields(self)):
+            value = getattr(self, name)
+            if name != "constant" and value is not None:
+                object.__setattr__(self, name, np.array(value, np.float64, order="C"))
+        if self.friction.ndim == 0 and self.velocity_offset.ndim == 1:
+            spread = np.full(self.velocity_offset.size // 3, float(self.friction))
+            object.__setattr__(self, "friction", spread)
+        self._check_shapes()
+        self._check_numbers()
+        self._check_law()
+
+    @property
+    def control_count(self) -> int:
+        """Number of controls, nu."""
+        return self.lower.size
+
+    @property
+    def contact_count(self) -> int:
+        """Number of contacts, K."""
+        return self.friction.size
+
+    @cached_property
+    def scales(self) -> tuple[float, float]:
+        """Typical contact velocity (m/s) and impulse (N s): what "scaled" refers to everywhere."""
+        reach = 0.5 * (self.upper - self.lower)
+        reach = np.where(np.isfinite(reach) & (reach > 0.0), reach, 1.0)
+        spread = np.sqrt((self.velocity_from_controls**2) @ (reach**2))
+        speed = float((np.abs(self.velocity_offset) + spread).max(initial=0.0)) or 1.0
+        mobility = self.velocity_from_forces.trace() / max(spread.size, 1)
+        return speed, speed / float(mobility) if mobility > 0.0 else 1.0
+
+    @cached_property
+    def scale(self) -> FloatArray:
+        """S, (K, m); ones where friction is the same in every direction."""
+        if self.direction_scale is None:
+            return np.ones((self.contact_count, len(self.directions)))
+        return self.direction_scale
+
+    def velocity(self, controls: FloatArray, forces: FloatArray) -> FloatArray:
+        """``w0 + Wu u + Wf f``, (K, 3) m/s; forces (K, 3) N s."""
+        flat = self.velocity_offset + self.velocity_from_controls @ controls
+        return (flat + self.velocity_from_forces @ forces.reshape(-1)).reshape(-1, 3)
+
+    def objective(self, controls: FloatArray, forces: FloatArray) -> float:
+        """``1/2 z'Qz + c'z + c0`` at z = (u, f)."""
+        z = np.concatenate([controls, forces.reshape(-1)])
+        return float(z @ (0.5 * (self.hessian @ z) + self.gradient)) + self.constant
+
+    def _check_shapes(self) -> None:
+        if self.lower.ndim != 1 or self.lower.size == 0:
+            raise InputError(f"QPCC lower must hold one number per control, got {self.lower.shape}")
+        nu, k, m = self.control_count, self.contact_count, len(self.directions)
+        expected = {
+            "hessian": (nu + 3 * k, nu + 3 * k),
+            "gradient": (nu + 3 * k,),
+            "upper": (nu,),
+            "velocity_offset": (3 * k,),
+            "velocity_from_controls": (3 * k, nu),
+            "velocity_from_forces": (3 * k, 3 * k),
+            "friction": (k,),
+            "directions": (m, 2),
+        }
+        if self.direction_scale is not None:
+            expected["direction_scale"] = (k, m)
+        for name, shape in expected.items():
+            if getattr(self, name).shape != shape:
+                raise InputError(f"QPCC {name} must be {shape}, got {getattr(self, name).shape}")
+
+    def _check_numbers(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if value is None:
+                continue
+            finite = np.isfinite(value)
+            if entry.name in ("lower", "upper"):
+                finite = ~np.isnan(value)
+            if not np.all(finite):
+                where = np.unravel_index(int(np.argmin(finite)), np.shape(value))
+                raise InputError(
+                    f"QPCC {entry.name} must be finite, got {np.asarray(value)[where]!r} "
+                    f"at {tuple(int(i) for i in where)}"
+                )
+        crossed = np.flatnonzero(~(self.lower <= self.upper))
+        if crossed.size or np.any(self.lower == np.inf) or np.any(self.upper == -np.inf):
+            i = int(crossed[0]) if crossed.size else int(np.argmax(np.abs(self.lower)))
+            raise InputError(
+                f"QPCC bounds of control {i} leave no value: {self.lower[i]!r} to {self.upper[i]!r}"
+            )
+
+    def _check_law(self) -> None:
+        if np.any(self.friction < 0.0) or np.any(self.scale <= 0.0):
+            raise InputError(
+                "QPCC friction must not be negative and direction_scale must be positive"
+            )
+        following = np.roll(self.directions, -1, axis=0)
+        turn = self.directions[:, 0] * following[:, 1] - self.directions[:, 1] * following[:, 0]
+        unit = np.abs(np.linalg.norm(self.directions, axis=1) - 1.0) < 1e-9
+        if len(self.directions) < 3 or not np.all(unit) or np.any(turn <= 1e-9):
+            raise InputError(
+                "QPCC directions must be three or more unit vectors ordered by angle, "
+                "with less than half a turn between neighbours"
+            )
+        angles = np.arctan2(turn, np.sum(self.directions * following, axis=1))
+        if abs(float(np.sum(angles)) - 2.0 * np.pi) > 1e-6:
+            raise InputError("QPCC directions must go round the tangent plane exactly once")
+        for name, tolerance in (("hessian", 1e-6), ("velocity_from_forces", SYMMETRY_TOLERANCE)):
+            matrix = getattr(self, name)
+            size = float(np.max(np.abs(matrix), initial=0.0))
+            if float(np.max(np.abs(matrix - matrix.T), initial=0.0)) > tolerance * size:
+                raise InputError(f"QPCC {name} must be symmetric")
+        size = float(np.max(np.abs(self.hessian), initial=0.0))
+        shift = CONVEXITY_TOLERANCE * (size or 1.0) * len(self.hessian)
+        try:
+            np.linalg.cholesky(self.hessian + shift * np.eye(len(self.hessian)))
+        except np.linalg.LinAlgError:
+            lowest = float(np.linalg.eigvalsh(self.hessian)[0])
+            raise InputError(
+                "QPCC hessian must be positive semidefinite, "
+                f"its smallest eigenvalue is {lowest:.3g}"
+            ) from None

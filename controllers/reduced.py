@@ -1,0 +1,307 @@
+"""One QP per choice of contact modes, with the contact forces eliminated (METHOD section 5).
+
+With the piece of every contact fixed, forces are ``f = E y`` and ``T w = 0``: one small square
+system ``(T Wf E) y = -T (w0 + Wu u)`` makes them affine in the controls, and the QP that is left
+has only the controls as variables. Where that system is singular (redundant contacts) the QP
+keeps y as variables and the system as equations instead, which is exact, only slower.
+
+Everything here is scaled: controls by their range, forces and velocities by
+``ContactQPCC.scales``, the objective by its largest curvature, so that one tolerance serves every
+row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warp_softbody.controllers.pieces import PieceTable, piece_table
+from warp_softbody.controllers.piqp_backend import PIQPBackend
+from warp_softbody.controllers.qp import QPProblem, QPSolution, QPStatus, polish
+from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
+
+SINGULAR = 1e-10
+"""Reciprocal condition below which forces are not eliminated but kept as variables."""
+
+GROWTH = 1e8
+"""Size of scaled forces per unit of control above which the same is done."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Node:
+    """The minimiser over one choice of modes, in scaled units.
+
+    Attributes:
+        modes: one per contact.
+        controls: (nu,) scaled.
+        points: (K, 6), scaled (f, w) of each contact.
+        slopes: (K, 6), slope of the objective as each contact's (f, w) is shifted: the piece of
+            another mode that contains the point offers descent exactly if one of its rays does.
+        value: objective, in the problem's own unit.
+        violation: largest violation of the pieces' rows, scaled.
+        stationarity: largest entry of the gradient of the QP's Lagrangian, scaled.
+        origin: what ``ReducedProblem.polish`` needs; None where no reduced QP gave the point.
+    """
+
+    modes: tuple[int, ...]
+    controls: FloatArray
+    points: FloatArray
+    slopes: FloatArray
+    value: float
+    violation: float
+    stationarity: float
+    origin: _Origin | None = None
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Block matrices of the chosen pieces: f = basis y, still w = 0, rows on f and w."""
+
+    basis: FloatArray
+    still: FloatArray
+    on_force: FloatArray
+    on_velocity: FloatArray
+
+
+@dataclass(frozen=True)
+class _Forces:
+    """Forces affine in the controls, (3K, nu + 1), and the inverse of T Wf E."""
+
+    affine: FloatArray
+    inverse: FloatArray
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """The reduced QP that gave a node."""
+
+    pieces: _Pieces
+    forces: _Forces
+    program: QPProblem
+    solution: QPSolution
+
+
+class ReducedProblem:
+    """A problem scaled once, from which the QP of any modes is built in a few matrix products."""
+
+    def __init__(self, problem: ContactQPCC, backend: PIQPBackend) -> None:
+        """Scale the problem and look up its pieces."""
+        self.problem = problem
+        self.backend = backend
+        self.table: PieceTable = piece_table(problem)
+        nu, k = problem.control_count, problem.contact_count
+        half = 0.5 * (problem.upper - problem.lower)
+        self.control_scale = np.where(np.isfinite(half) & (half > 0.0), half, 1.0)
+        self.speed, self.impulse = problem.scales
+        scale = np.concatenate([self.control_scale, np.full(3 * k, self.impulse)])
+        hessian = problem.hessian * scale[:, None] * scale
+        hessian = 0.5 * (hessian + hessian.T)
+        gradient = problem.gradient * scale
+        curvature = float(np.max(np.diagonal(hessian)[:nu]))
+        self.value_scale = curvature or float(np.max(np.abs(gradient))) or 1.0
+        hessian /= self.value_scale
+        self._gradient = gradient / self.value_scale
+        self._uu, self._ff = hessian[:nu, :nu], hessian[nu:, nu:]
+        self._fu, self._uf = hessian[nu:, :nu], hessian[:nu, nu:]
+        self._hessian = hessian
+        self.lower = problem.lower / self.control_scale
+        self.upper = problem.upper / self.control_scale
+        # Column 0 is the constant, columns 1.. the controls: every affine map here has this shape.
+        self.free = np.empty((3 * k, nu + 1))
+        self.free[:, 0] = problem.velocity_offset / self.speed
+        self.free[:, 1:] = problem.velocity_from_controls * (self.control_scale / self.speed)
+        self.mobility = problem.velocity_from_forces * (self.impulse / self.speed)
+        self._contacts = np.arange(k)
+        self._well_posed = _definite(self.mobility)
+
+    def solve(self, modes: tuple[int, ...]) -> Node | None:
+        """Minimise over these modes; None where they are infeasible or the QP was not solved."""
+        pieces = self._gather(modes)
+        forces = self._eliminate(pieces)
+        if forces is None:
+            return self._solve_kept(modes, pieces)
+        return self._solve_reduced(modes, pieces, forces)
+
+    def forces_at(self, modes: tuple[int, ...], controls: FloatArray) -> FloatArray | None:
+        """(3K,) scaled forces of these modes at fixed scaled controls; None if not determined."""
+        pieces = self._gather(modes)
+        force = self._eliminate(pieces)
+        return None if force is None else force.affine[:, 0] + force.affine[:, 1:] @ controls
+
+    def points_at(self, controls: FloatArray, force: FloatArray) -> FloatArray:
+        """(K, 6) scaled (f, w) of every contact for scaled controls and forces."""
+        velocity = self.free[:, 0] + self.free[:, 1:] @ controls + self.mobility @ force
+        return np.concatenate([force.reshape(-1, 3), velocity.reshape(-1, 3)], axis=1)
+
+    def unscale(self, controls: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Controls, inside their bounds, and forces (K, 3) in the problem's units."""
+        own = self.problem
+        u = np.minimum(np.maximum(controls * self.control_scale, own.lower), own.upper)
+        return u, points[:, :3] * self.impulse
+
+    def _gather(self, modes: tuple[int, ...]) -> _Pieces:
+        """Put the contacts' own small matrices on the diagonal and drop the padding."""
+        k, table, which = self._contacts, self.table, np.asarray(modes, dtype=np.int64)
+        size = 3 * len(k)
+        count = table.count[k, which]
+        used = (np.arange(3) < count[:, None]).reshape(-1)
+        basis, still = np.zeros((len(k), 3, len(k), 3)), np.zeros((len(k), 3, len(k), 3))
+        basis[k, :, k, :] = table.basis[k, which]
+        still[k, :, k, :] = table.still[k, which]
+        chosen = table.rows[k, which]
+        rows = np.zeros((2, len(k), chosen.shape[1], len(k), 3))
+        rows[0, k, :, k, :] = chosen[..., :3]
+        rows[1, k, :, k, :] = chosen[..., 3:]
+        on_force, on_velocity = rows.reshape(2, len(k) * chosen.shape[1], size)
+        kept = table.row_used[k, which].reshape(-1)
+        return _Pieces(
+            basis=basis.reshape(size, size)[:, used],
+            still=still.reshape(size, size)[used],
+            on_force=on_force[kept],
+            on_velocity=on_velocity[kept],
+        )
+
+    def _eliminate(self, pieces: _Pieces) -> _Forces | None:
+        """Solve T Wf E y = -T (w0 + Wu u) for all u; None where T Wf E is singular."""
+        system = pieces.still @ self.mobility @ pieces.basis
+        size = len(system)
+        if not self._well_posed and size and _reciprocal_condition(system) < SINGULAR:
+            return None
+        sides = np.concatenate([pieces.still @ self.free, np.eye(size)], axis=1)
+        try:
+            answer = np.linalg.solve(system, sides)
+        except np.linalg.LinAlgError:
+            return None
+        if np.abs(answer).max(initial=0.0) > GROWTH:
+            return None
+        split = self.free.shape[1]
+        return _Forces(pieces.basis @ -answer[:, :split], answer[:, split:])
+
+    def _solve_reduced(
+        self, modes: tuple[int, ...], pieces: _Pieces, forces: _Forces
+    ) -> Node | None:
+        """The QP in the controls only."""
+        affine = forces.affine
+        offset, slope = affine[:, 0], affine[:, 1:]
+        half = slope.T @ (self._fu + 0.5 * (self._ff @ slope))
+        nu = len(self.lower)
+        linear = self._gradient[:nu] + self._uf @ offset
+        linear += (self._gradient[nu:] + self._ff @ offset) @ slope
+        velocity = self.free + self.mobility @ affine
+        rows = pieces.on_force @ affine + pieces.on_velocity @ velocity
+        program = QPProblem(
+            P=self._uu + half + half.T,
+            c=linear,
+            A=np.zeros((0, nu)),
+            b=np.zeros(0),
+            G=rows[:, 1:],
+            h=-rows[:, 0],
+            lower=self.lower,
+            upper=self.upper,
+        )
+        solution = self.backend.solve(program)
+        if solution.status is not QPStatus.SOLVED:
+            return None
+        return self._reduced_node(modes, _Origin(pieces, forces, program, solution))
+
+    def polish(self, node: Node) -> Node:
+        """The node with its controls to rounding, where its active set is clear."""
+        if node.origin is None:
+            return node
+        solution = polish(node.origin.program, node.origin.solution)
+        if solution is node.origin.solution:
+            return node
+        return self._reduced_node(node.modes, replace(node.origin, solution=solution))
+
+    def _reduced_node(self, modes: tuple[int, ...], origin: _Origin) -> Node:
+        pieces, forces, solution = origin.pieces, origin.forces, origin.solution
+        controls, multipliers = solution.x, solution.multipliers.rows
+        force = forces.affine[:, 0] + forces.affine[:, 1:] @ controls
+        # The multipliers of the still rows, by the transposed system.
+        pull = multipliers @ pieces.on_velocity
+        total = self._force_gradient(controls, force) - multipliers @ pieces.on_force
+        held = ((total - pull @ self.mobility) @ pieces.basis) @ forces.inverse
+        slopes = self._shifted(controls, force, pull + held @ pieces.still)
+        return self._node(modes, controls, force, slopes, solution, origin)
+
+    def _solve_kept(self, modes: tuple[int, ...], pieces: _Pieces) -> Node | None:
+        """The QP in controls and force amplitudes, for singular T Wf E."""
+        nu, count = len(self.lower), pieces.basis.shape[1]
+        lift = np.zeros((len(self._gradient), nu + count))
+        lift[:nu, :nu] = np.eye(nu)
+        lift[nu:, nu:] = pieces.basis
+        moved = np.hstack([self.free[:, 1:], self.mobility @ pieces.basis])
+        rows = pieces.on_velocity @ moved
+        rows[:, nu:] += pieces.on_force @ pieces.basis
+        free = np.full(count, np.inf)
+        solution = self.backend.solve(
+            QPProblem(
+                P=lift.T @ self._hessian @ lift,
+                c=lift.T @ self._gradient,
+                A=pieces.still @ moved,
+                b=-(pieces.still @ self.free[:, 0]),
+                G=rows,
+                h=-(pieces.on_velocity @ self.free[:, 0]),
+                lower=np.concatenate([self.lower, -free]),
+                upper=np.concatenate([self.upper, free]),
+            )
+        )
+        if solution.status is not QPStatus.SOLVED:
+            return None
+        controls, force = solution.x[:nu], pieces.basis @ solution.x[nu:]
+        multipliers = solution.multipliers.rows
+        on_velocity = pieces.still.T @ solution.multipliers.equalities
+        on_velocity += pieces.on_velocity.T @ multipliers
+        slopes = self._shifted(controls, force, on_velocity)
+        return self._node(modes, controls, force, slopes, solution, None)
+
+    def _shifted(
+        self, controls: FloatArray, force: FloatArray, on_velocity: FloatArray
+    ) -> FloatArray:
+        """Join the slope in w with the slope in f that the physics w = .. + Wf f leaves."""
+        on_force = self._force_gradient(controls, force) - self.mobility.T @ on_velocity
+        return np.concatenate([on_force.reshape(-1, 3), on_velocity.reshape(-1, 3)], axis=1)
+
+    def _force_gradient(self, controls: FloatArray, force: FloatArray) -> FloatArray:
+        nu = len(self.lower)
+        gradient: FloatArray = self._gradient[nu:] + self._fu @ controls + self._ff @ force
+        return gradient
+
+    def _node(
+        self,
+        modes: tuple[int, ...],
+        controls: FloatArray,
+        force: FloatArray,
+        slopes: FloatArray,
+        solution: QPSolution,
+        origin: _Origin | None,
+    ) -> Node:
+        z = np.concatenate([controls, force])
+        value = float(z @ (0.5 * (self._hessian @ z) + self._gradient))
+        return Node(
+            modes=modes,
+            controls=controls,
+            points=self.points_at(controls, force),
+            slopes=slopes,
+            value=value * self.value_scale + self.problem.constant,
+            violation=solution.primal_residual,
+            stationarity=solution.dual_residual,
+            origin=origin,
+        )
+
+
+def _definite(matrix: FloatArray) -> bool:
+    """Whether the symmetric part has no eigenvalue below 1e-8 of the mean one."""
+    size = len(matrix)
+    shift = 1e-8 * float(matrix.trace()) / max(size, 1)
+    try:
+        np.linalg.cholesky(0.5 * (matrix + matrix.T) - shift * np.eye(size))
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _reciprocal_condition(matrix: FloatArray) -> float:
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return float(values[-1] / values[0]) if values[0] > 0.0 else 0.0

@@ -1,0 +1,169 @@
+"""Search over contact modes (METHOD section 5): descent by flips, then best-first kicks.
+
+A node is the minimiser over one choice of modes. Its multipliers say, for every contact and every
+other piece that contains the point, whether that piece offers descent (``Node.slopes``); if none
+does, the point is strongly stationary and, the problem being convex on every piece, a local
+minimum.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from warp_softbody.controllers.qpcc import FloatArray
+from warp_softbody.controllers.reduced import Node, ReducedProblem
+from warp_softbody.controllers.result import SolverOptions
+
+TOUCHING = 1e-7
+"""Scaled distance within which a point counts as lying in a piece."""
+
+SLOPE_NOISE = 1e-6
+"""Slopes above minus this, relative to the largest, offer no descent."""
+
+PROGRESS = 1e-10
+"""Relative decrease of the objective that counts."""
+
+
+@dataclass(frozen=True)
+class LocalMinimum:
+    """Where a descent ended.
+
+    Attributes:
+        node: the point.
+        strongly_stationary: no touching piece offers descent by the multipliers.
+        complete: false if the budget ended the descent.
+    """
+
+    node: Node
+    strongly_stationary: bool
+    complete: bool
+
+
+class Search:
+    """One solve's memory: which modes were tried, and what is left of the budget."""
+
+    def __init__(self, reduced: ReducedProblem, options: SolverOptions) -> None:
+        """Start the clock."""
+        self.reduced = reduced
+        self.options = options
+        self.started = time.perf_counter()
+        self.qp_count = 0
+        self._known: dict[tuple[int, ...], Node | None] = {}
+
+    @property
+    def spent(self) -> bool:
+        """Whether the budget of QPs or time is used up."""
+        late = time.perf_counter() - self.started >= self.options.time_limit
+        return self.qp_count >= self.options.max_qps or late
+
+    def visit(self, modes: tuple[int, ...]) -> Node | None:
+        """Solve the QP of these modes once; None if infeasible, unsolved or out of budget."""
+        modes = self.reduced.table.canonical(modes)
+        if modes not in self._known:
+            if self.spent:
+                return None
+            self.qp_count += 1
+            self._known[modes] = self.reduced.solve(modes)
+        return self._known[modes]
+
+    def descend(self, node: Node) -> LocalMinimum:
+        """Flip touching contacts while the objective falls: all that offer descent, else one."""
+        while True:
+            slopes = self._touching_slopes(node)
+            best = slopes.min(axis=1, initial=0.0)
+            willing = np.flatnonzero(best < 0.0)
+            if willing.size == 0:
+                return LocalMinimum(node, True, True)
+            target = slopes.argmin(axis=1)
+            batch = list(node.modes)
+            for i in willing:
+                batch[i] = int(target[i])
+            following = self._better(node, tuple(batch))
+            if following is None:
+                following = self._single(node, slopes)
+            if following is None:
+                return LocalMinimum(node, False, not self.spent)
+            node = following
+
+    def improve(self, start: LocalMinimum) -> LocalMinimum:
+        """Leave local minima by kicks, the best minimum first, and return the best one found."""
+        if self.options.kicks == 0:
+            return start
+        order = itertools.count()
+        queue = [(start.node.value, next(order), start, self._kicks(start.node))]
+        best, left = start, self.options.kicks
+        reached = {start.node.modes}
+        while queue and left > 0 and not self.spent:
+            value, _, minimum, kicks = heapq.heappop(queue)
+            modes = next((m for m in kicks if m not in self._known), None)
+            if modes is None:
+                continue
+            heapq.heappush(queue, (value, next(order), minimum, kicks))
+            left -= 1
+            node = self.visit(modes)
+            if node is None:
+                continue
+            found = self.descend(node)
+            if found.node.modes in reached:
+                continue
+            reached.add(found.node.modes)
+            heapq.heappush(queue, (found.node.value, next(order), found, self._kicks(found.node)))
+            if found.node.value < best.node.value - _margin(best.node):
+                best = found
+        return best
+
+    def _better(self, node: Node, modes: tuple[int, ...]) -> Node | None:
+        found = self.visit(modes)
+        if found is None or found.value >= node.value - _margin(node):
+            return None
+        return found
+
+    def _single(self, node: Node, slopes: FloatArray) -> Node | None:
+        """The first single flip that improves, the steepest tried first."""
+        for flat in np.argsort(slopes, axis=None, kind="stable"):
+            contact, mode = divmod(int(flat), slopes.shape[1])
+            if slopes[contact, mode] >= 0.0 or self.spent:
+                return None
+            found = self._better(node, _with(node.modes, contact, mode))
+            if found is not None:
+                return found
+        return None
+
+    def _touching_slopes(self, node: Node) -> FloatArray:
+        """(K, M): slope of descent into pieces that contain the point, zero where none."""
+        table = self.reduced.table
+        slopes = table.descent(node.slopes)
+        noise = SLOPE_NOISE * (1e-3 + float(np.abs(node.slopes).max(initial=0.0)))
+        offers = (slopes < -noise) & (table.violation(node.points) <= TOUCHING)
+        offers[np.arange(len(node.modes)), list(node.modes)] = False
+        return np.where(offers, slopes, 0.0)
+
+    def _kicks(self, node: Node) -> Iterator[tuple[int, ...]]:
+        """Single changes of mode into pieces away from the point, the most promising first.
+
+        The slope along a piece's rays says what the contact would gain by having that freedom at
+        all; measured, this order finds four fifths of the best kick's gain in five kicks, the
+        order by distance two fifths.
+        """
+        table = self.reduced.table
+        violation, slopes = table.violation(node.points), table.descent(node.slopes)
+        away = np.isfinite(violation) & (violation > TOUCHING)
+        for flat in np.lexsort((violation.ravel(), np.where(away, slopes, np.inf).ravel())):
+            contact, mode = divmod(int(flat), violation.shape[1])
+            if not away[contact, mode]:
+                return
+            yield _with(node.modes, contact, mode)
+
+
+def _with(modes: tuple[int, ...], contact: int, mode: int) -> tuple[int, ...]:
+    return (*modes[:contact], mode, *modes[contact + 1 :])
+
+
+def _margin(node: Node) -> float:
+    return PROGRESS * (1.0 + abs(node.value))

@@ -1,0 +1,66 @@
+"""The two floating-point types, and where their kernels are compiled.
+
+Kernels of one subject and one precision share one Warp module, so that a run compiles only what it uses.
+Gradients are never asked for; without them kernels compile several times faster.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import warp as wp
+
+BLOCK = 16
+"""Right-hand sides solved side by side: one AVX-512 register of float32."""
+
+
+@dataclass(frozen=True)
+class Real:
+    """Warp types of one precision.
+
+    Attributes:
+        name: "float32" or "float64".
+        scalar: the Warp scalar.
+        vec3: 3-vector.
+        vec4: 4-vector.
+        mat33: 3 x 3 matrix.
+        mat44: 4 x 4 matrix.
+        block: vector of BLOCK right-hand sides.
+        tiny: smallest number that a norm is divided by.
+    """
+
+    name: str
+    scalar: Any
+    vec3: Any
+    vec4: Any
+    mat33: Any
+    mat44: Any
+    block: Any
+    tiny: float
+
+    def kernel(self, subject: str) -> Any:
+        """Decorator for a kernel of a subject in this precision."""
+        return wp.kernel(enable_backward=False, module=self._module(subject))
+
+    def func(self, subject: str) -> Any:
+        """Decorator for a function used by kernels of this precision."""
+        return wp.func(module=self._module(subject))
+
+    def _module(self, subject: str) -> str:
+        return f"warp_softbody.kernels.{subject}.{self.name}"
+
+
+@lru_cache(maxsize=None)
+def real(name: str) -> Real:
+    """The types of "float32" or "float64"."""
+    if name == "float32":
+        block = wp.types.vector(length=BLOCK, dtype=wp.float32)
+        return Real(
+            name, wp.float32, wp.vec3f, wp.vec4f, wp.mat33f, wp.mat44f, block, tiny=1e-30
+        )
+    if name == "float64":
+        block = wp.types.vector(length=BLOCK, dtype=wp.float64)
+        return Real(
+            name, wp.float64, wp.vec3d, wp.vec4d, wp.mat33d, wp.mat44d, block, tiny=1e-200
+        )
+    raise ValueError(f"precision must be float32 or float64, got {name!r}")

@@ -1,0 +1,57 @@
+"""What leaves the program: USD stages, readings of them, pictures and movies.
+
+Names are resolved on first use, so that importing the package loads neither USD nor the renderer.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from warp_softbody.stage_exports.chunks import recover
+    from warp_softbody.stage_exports.measures import Measures, measure
+    from warp_softbody.stage_exports.movie import Movie
+    from warp_softbody.stage_exports.picture import draw_picture
+    from warp_softbody.stage_exports.reader import Take, read_take
+    from warp_softbody.stage_exports.sheet import draw_take
+    from warp_softbody.stage_exports.validation import validate
+    from warp_softbody.stage_exports.writer import StageWriter
+
+_HOMES = {
+    "Measures": "measures",
+    "Movie": "movie",
+    "StageWriter": "writer",
+    "Take": "reader",
+    "draw_picture": "picture",
+    "draw_take": "sheet",
+    "measure": "measures",
+    "read_take": "reader",
+    "recover": "chunks",
+    "validate": "validation",
+}
+
+__all__ = [
+    "Measures",
+    "Movie",
+    "StageWriter",
+    "Take",
+    "draw_picture",
+    "draw_take",
+    "measure",
+    "read_take",
+    "recover",
+    "validate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the home of a public name."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return sorted(__all__)

@@ -1,0 +1,80 @@
+"""Names that every exported stage shares; readers and checks look prims up by them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.errors import InputError, OutputError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+WORLD = "/World"
+GROUND = f"{WORLD}/Ground"
+CAMERA = f"{WORLD}/Camera"
+LIGHT = f"{WORLD}/Light"
+SKY = f"{WORLD}/Sky"
+MATERIALS = f"{WORLD}/Materials"
+
+SKIN = "Skin"
+TETS = "Tets"
+FIBERS = "Fibers"
+CONTACTS = "Contacts"
+
+REST = "primvars:rest"
+ACTIVATION = "primvars:activation"
+CONTACT_MODE = "primvars:mode"
+CONTACT_FORCE = "primvars:force"
+
+GROUND_NORMAL = "softbody:normal"
+GROUND_OFFSET = "softbody:offset"
+GROUND_FRICTION = "softbody:friction"
+
+METADATA_KEY = "warpSoftbody"
+EXTENSIONS = (".usdc", ".usda", ".usd")
+
+# Time codes are frame times in units of 1/fps; rounding hides the last bits of time * fps, so that
+# the third frame of a 30 Hz take stands at 3 and not at 3.0000000000000004.
+TIME_CODE_DIGITS = 6
+
+_TAKEN = {path.rsplit("/", 1)[1] for path in (GROUND, CAMERA, LIGHT, SKY, MATERIALS)}
+
+
+def character_path(name: str) -> str:
+    """Path of the character's prim; one sentence when the stage needs that name itself."""
+    if name in _TAKEN:
+        raise InputError(f"a character cannot be named {name!r}: the stage has a prim of that name")
+    return f"{WORLD}/{name}"
+
+
+def checked_target(
+    path: str | Path, *, extensions: tuple[str, ...], overwrite: bool = True
+) -> Path:
+    """The path of a file that can be written there, or one clear sentence why not."""
+    target = Path(path).expanduser().absolute()
+    if target.suffix.lower() not in extensions:
+        known = ", ".join(extensions)
+        raise OutputError(f"cannot write {str(path)!r}: the file name must end in one of {known}")
+    if target.is_dir():
+        raise OutputError(f"cannot write {str(path)!r}: it is a folder")
+    if not target.parent.is_dir():
+        raise OutputError(f"cannot write {str(path)!r}: there is no folder {str(target.parent)!r}")
+    if target.exists() and not overwrite:
+        raise OutputError(f"cannot write {str(path)!r}: it exists and overwrite is off")
+    _require_writable(target.parent)
+    return target
+
+
+def _require_writable(folder: Path) -> None:
+    """Try it: permission bits say little for root, on read-only mounts and in virtual folders."""
+    probe = folder / ".warp_softbody_probe"
+    try:
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise OutputError(
+            f"cannot write in the folder {str(folder)!r}: {error.strerror or error}"
+        ) from error

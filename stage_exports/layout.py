@@ -1,0 +1,49 @@
+"""What the stage and the pictures take from a character: compacted skin and fibre segments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from warp_softbody.character import Character
+from warp_softbody.stage_exports.conventions import FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """Index sets that never change during a take.
+
+    Attributes:
+        skin_nodes: (k,) mesh node behind each point of the skin, ascending.
+        skin_faces: (f, 3) triangles over skin points, outward.
+        segment_ends: (s, 2) rows of Frame.fiber_points that each muscle segment joins.
+        fiber_vertices: (p, 3) m, vertices of all fibres at rest.
+    """
+
+    skin_nodes: IntArray
+    skin_faces: IntArray
+    segment_ends: IntArray
+    fiber_vertices: FloatArray
+
+    @classmethod
+    def of(cls, character: Character) -> Layout:
+        """Collect the index sets of a character."""
+        surface = np.asarray(character.mesh.surface)
+        nodes, faces = np.unique(surface, return_inverse=True)
+        fibers = [fiber.vertices for fiber in character.fibers]
+        return cls(
+            skin_nodes=nodes.astype(np.int32),
+            skin_faces=faces.reshape(surface.shape).astype(np.int32),
+            segment_ends=segment_ends([len(vertices) for vertices in fibers]),
+            fiber_vertices=np.concatenate([*fibers, np.zeros((0, 3))]),
+        )
+
+
+def segment_ends(vertex_counts: list[int]) -> IntArray:
+    """(s, 2) pairs of consecutive vertices of polylines stored one after the other."""
+    starts = np.concatenate([[0], np.cumsum(vertex_counts, dtype=np.int64)])
+    first = [np.arange(start, end - 1) for start, end in pairwise(starts.tolist())]
+    heads = np.concatenate([*first, np.zeros(0, dtype=np.int64)])
+    return np.stack([heads, heads + 1], axis=1).astype(np.int32)

@@ -1,0 +1,109 @@
+"""Numbers that say what a body did, from a take alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.ground import Plane
+from warp_softbody.stage_exports.conventions import FloatArray, IntArray
+from warp_softbody.stage_exports.reader import Take
+
+# A skin triangle belongs to the base when it lies, at rest, in the lowest part of the body.
+_BASE_BAND = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """One value a frame.
+
+    Attributes:
+        times: (f,) s.
+        penetration: (f,) m, how deep the deepest node is below the ground; 0 if none is.
+        smallest_volume_ratio: (f,) signed volume of the most squeezed tet over its rest volume;
+            negative when it is turned inside out.
+        volume_change: (f,) volume of the body over its rest volume, minus one.
+        centre_of_mass: (f, 3) m, of a body of one density.
+        tilt: (f,) degrees between the body's rest vertical, carried along by the rotation that fits
+            all nodes best, and z.
+        base_area: (f,) m^2, of the skin that is lowest at rest, projected on the ground.
+        finite: (f,) whether every position and velocity is finite.
+    """
+
+    times: FloatArray
+    penetration: FloatArray
+    smallest_volume_ratio: FloatArray
+    volume_change: FloatArray
+    centre_of_mass: FloatArray
+    tilt: FloatArray
+    base_area: FloatArray
+    finite: npt.NDArray[np.bool_]
+
+
+def measure(take: Take) -> Measures:
+    """Measure every frame of a take."""
+    rest_volumes = tet_volumes(take.rest, take.tets)
+    # Frame by frame: the corners of all tets of a long take at once would fill the memory.
+    volumes = np.stack([tet_volumes(points, take.tets) for points in take.tet_points])
+    masses = _lumped(rest_volumes, take.tets, len(take.rest))
+    return Measures(
+        times=take.times,
+        penetration=_penetration(take.tet_points, take.ground),
+        smallest_volume_ratio=np.min(volumes / rest_volumes, axis=1),
+        volume_change=volumes.sum(axis=1) / rest_volumes.sum() - 1.0,
+        centre_of_mass=np.asarray(masses @ take.tet_points / masses.sum()),
+        tilt=_tilt(take.rest, take.tet_points, masses),
+        base_area=_base_area(take),
+        finite=_finite(take.tet_points) & _finite(take.velocities),
+    )
+
+
+def tet_volumes(points: FloatArray, tets: IntArray) -> FloatArray:
+    """(m,) signed volumes of tets over points (n, 3)."""
+    origin, first, second, third = (points[tets[:, corner]] for corner in range(4))
+    normal = np.cross(first - origin, second - origin)
+    return np.asarray(np.einsum("ij,ij->i", normal, third - origin) / 6.0)
+
+
+def _lumped(volumes: FloatArray, tets: IntArray, nodes: int) -> FloatArray:
+    """A quarter of each tet's rest volume on each of its nodes: mass but for the density."""
+    quarters = np.repeat(volumes / 4.0, 4)
+    return np.bincount(tets.reshape(-1), weights=quarters, minlength=nodes).astype(np.float64)
+
+
+def _finite(series: FloatArray) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.isfinite(series).all(axis=(1, 2)))
+
+
+def _penetration(points: FloatArray, ground: Plane | None) -> FloatArray:
+    if ground is None:
+        return np.zeros(len(points))
+    heights = points @ np.array(ground.normal) - ground.offset
+    return np.asarray(np.maximum(0.0, -heights.min(axis=1)))
+
+
+def _tilt(rest: FloatArray, points: FloatArray, masses: FloatArray) -> FloatArray:
+    """Kabsch: the rotation R nearest to the mass-weighted covariance, by its z axis."""
+    finite = _finite(points)
+    tilt = np.full(len(points), np.nan)
+    weights = masses / masses.sum()
+    moved = points[finite] - (weights @ points[finite])[:, None, :]
+    covariance = np.einsum("fni,nj->fij", moved, weights[:, None] * (rest - weights @ rest))
+    left, _, right = np.linalg.svd(covariance)
+    left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
+    axis = (left @ right)[:, :, 2]
+    # atan2 keeps the digits that arccos loses near upright.
+    tilt[finite] = np.degrees(np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2]))
+    return tilt
+
+
+def _base_area(take: Take) -> FloatArray:
+    """Area of the base's triangles projected along the ground's normal (z without a ground)."""
+    normal = np.array((0.0, 0.0, 1.0) if take.ground is None else take.ground.normal)
+    height = take.skin_rest @ normal
+    low = height <= height.min() + _BASE_BAND * np.ptp(height)
+    corners = take.skin_points[:, take.skin_faces[low[take.skin_faces].all(axis=1)]]
+    edges = corners[:, :, 1:] - corners[:, :, :1]
+    return np.asarray(np.abs(np.cross(edges[:, :, 0], edges[:, :, 1]) @ normal).sum(axis=1) / 2.0)

@@ -1,0 +1,30 @@
+"""Colours with a meaning, linear RGB in 0..1, the same in stages and pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.stage_exports.conventions import FloatArray
+
+GROUND = (0.46, 0.48, 0.50)
+
+# Slack fibres are ivory; the harder one contracts, the bluer it gets. Ivory and blue both stand out
+# on warm and on neutral bodies, and differ in lightness, so the scale also reads without colour.
+_CONTRACTION = np.array([0.0, 0.15, 0.5])
+_COLORS = np.array([[0.86, 0.80, 0.62], [0.16, 0.62, 0.78], [0.02, 0.05, 0.42]])
+
+# Lift, stick, slide, by the value of ContactMode.
+_MODES = np.array([[0.60, 0.60, 0.60], [0.10, 0.60, 0.15], [0.95, 0.45, 0.05]])
+
+
+def activation_colors(activations: npt.ArrayLike) -> FloatArray:
+    """(s, 3) colours of muscle segments by l_d / l_0, from 1 (slack) to 0.5 (fully contracted)."""
+    contraction = np.clip(1.0 - np.asarray(activations, dtype=np.float64), 0.0, 0.5)
+    channels = [np.interp(contraction, _CONTRACTION, _COLORS[:, channel]) for channel in range(3)]
+    return np.stack(channels, axis=-1)
+
+
+def mode_colors(modes: npt.ArrayLike) -> FloatArray:
+    """(k, 3) colours of contacts by ContactMode."""
+    return np.asarray(_MODES[np.asarray(modes, dtype=np.int64)])

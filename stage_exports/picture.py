@@ -1,0 +1,71 @@
+"""One frame as a PNG, drawn without a display."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.errors import InputError, MissingExtraError, OutputError
+from warp_softbody.frame import Frame
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.camera import Camera, start_box
+from warp_softbody.stage_exports.conventions import checked_target
+from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.stage_exports.render import Image, Renderer
+from warp_softbody.stage_exports.subject import Pose, Subject
+
+Size = tuple[int, int]
+DEFAULT_SIZE: Size = (960, 720)
+
+
+def draw_picture(
+    path: str | Path, scene: Scene, frame: Frame, *, size: Size = DEFAULT_SIZE
+) -> Path:
+    """Draw a frame through the camera that frames it; returns the file's path.
+
+    Args:
+        path: ends in .png; an existing file is replaced in one step.
+        scene: what the frame is a snapshot of.
+        frame: what is drawn.
+        size: width and height, pixels.
+    """
+    target = checked_target(path, extensions=(".png",))
+    layout = Layout.of(scene.character)
+    camera = Camera.framing(*start_box(frame.positions), aspect=checked_aspect(size))
+    renderer = Renderer(Subject.of_scene(scene, layout), camera, size)
+    save_png(target, renderer.draw(Pose.of_frame(frame, layout)))
+    return target
+
+
+def checked_aspect(size: Size) -> float:
+    """Width over height of a picture that can be drawn."""
+    if len(size) != 2 or min(size) < 16 or max(size) > 8192:
+        raise InputError(f"picture size must be two numbers from 16 to 8192, got {size!r}")
+    return size[0] / size[1]
+
+
+def save_png(target: Path, image: Image | npt.NDArray[np.uint8]) -> None:
+    """Write a picture under a temporary name and rename it."""
+    temporary = target.with_name(f".writing.{target.name}")
+    try:
+        imageio().imwrite(temporary, image, extension=".png")
+        os.replace(temporary, target)
+    except OSError as error:
+        raise OutputError(f"{str(target)!r} could not be written: {error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def imageio() -> Any:
+    """The imageio package, or one sentence on where to get it."""
+    try:
+        import imageio.v2
+    except ImportError as error:
+        raise MissingExtraError(
+            "pictures need imageio, which is not installed: pip install 'warp-softbody[view]'"
+        ) from error
+    return imageio.v2

@@ -1,0 +1,114 @@
+"""The body's prims without their motion: skin, tets, fibres and contacts in the rest pose."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade
+
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports import conventions, values
+from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.stage_exports.palette import activation_colors
+
+# Drawn widths, as parts of the diagonal of the body's box.
+_FIBER_WIDTH = 0.010
+_CONTACT_WIDTH = 0.018
+
+
+def define_body(stage: Any, scene: Scene, layout: Layout, material: Any) -> None:
+    """Author the character's prim with what it has; no muscles, no fibres."""
+    character = scene.character
+    path = conventions.character_path(character.name)
+    body = UsdGeom.Xform.Define(stage, path)
+    Usd.ModelAPI(body).SetKind(Kind.Tokens.component)
+    skin = _define_skin(stage, f"{path}/{conventions.SKIN}", scene, layout)
+    shown = [skin]
+    _define_tets(stage, f"{path}/{conventions.TETS}", scene)
+    if character.segment_count:
+        shown.append(_define_fibers(stage, f"{path}/{conventions.FIBERS}", scene, layout))
+    if scene.ground is not None:
+        shown.append(_define_contacts(stage, f"{path}/{conventions.CONTACTS}"))
+    for prim in shown:
+        UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
+
+
+def fiber_width(scene: Scene) -> float:
+    """Width of a drawn fibre, m."""
+    return _FIBER_WIDTH * _diagonal(scene)
+
+
+def contact_width(scene: Scene) -> float:
+    """Width of a drawn contact, m."""
+    return _CONTACT_WIDTH * _diagonal(scene)
+
+
+def _diagonal(scene: Scene) -> float:
+    return float(np.linalg.norm(np.ptp(scene.character.mesh.points, axis=0)))
+
+
+def _define_skin(stage: Any, path: str, scene: Scene, layout: Layout) -> Any:
+    skin = UsdGeom.Mesh.Define(stage, path)
+    points = values.vectors(scene.character.mesh.points[layout.skin_nodes])
+    skin.CreatePointsAttr(points)
+    skin.CreateExtentAttr(values.extent(points))
+    skin.CreateFaceVertexCountsAttr(values.integers(np.full(len(layout.skin_faces), 3)))
+    skin.CreateFaceVertexIndicesAttr(values.integers(layout.skin_faces))
+    skin.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    skin.CreateDisplayColorAttr([Gf.Vec3f(*scene.character.color)])
+    return skin
+
+
+def _define_tets(stage: Any, path: str, scene: Scene) -> Any:
+    mesh = scene.character.mesh
+    tets = UsdGeom.TetMesh.Define(stage, path)
+    points = values.vectors(mesh.points)
+    tets.CreatePointsAttr(points)
+    tets.CreateExtentAttr(values.extent(points))
+    tets.CreateTetVertexIndicesAttr(values.quadruples(mesh.tets))
+    tets.CreateSurfaceFaceVertexIndicesAttr(values.triples(mesh.surface))
+    tets.CreatePurposeAttr(UsdGeom.Tokens.guide)
+    _primvar(tets, conventions.REST, Sdf.ValueTypeNames.Point3fArray, "vertex").Set(points)
+    return tets
+
+
+def _define_fibers(stage: Any, path: str, scene: Scene, layout: Layout) -> Any:
+    """One two-point curve a segment, so that a uniform primvar is one value a segment."""
+    fibers = UsdGeom.BasisCurves.Define(stage, path)
+    points = values.vectors(layout.fiber_vertices[layout.segment_ends.reshape(-1)])
+    width = fiber_width(scene)
+    slack = np.ones(len(layout.segment_ends))
+    fibers.CreateTypeAttr(UsdGeom.Tokens.linear)
+    fibers.CreateWrapAttr(UsdGeom.Tokens.nonperiodic)
+    fibers.CreateCurveVertexCountsAttr(values.integers(np.full(len(slack), 2)))
+    fibers.CreatePointsAttr(points)
+    fibers.CreateExtentAttr(values.extent(points, width))
+    fibers.CreateWidthsAttr(values.floats([width]))
+    fibers.SetWidthsInterpolation(UsdGeom.Tokens.constant)
+    activation = Sdf.ValueTypeNames.FloatArray
+    _primvar(fibers, conventions.ACTIVATION, activation, "uniform").Set(values.floats(slack))
+    fibers.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).Set(
+        values.vectors(activation_colors(slack))
+    )
+    return fibers
+
+
+def _define_contacts(stage: Any, path: str) -> Any:
+    """No contact at rest. Frames bring a width a point: USD computes no extent from one for all."""
+    contacts = UsdGeom.Points.Define(stage, path)
+    empty = values.vectors(np.zeros((0, 3)))
+    contacts.CreatePointsAttr(empty)
+    contacts.CreateExtentAttr(values.extent(empty))
+    contacts.CreateWidthsAttr(values.floats([]))
+    contacts.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(empty)
+    mode = Sdf.ValueTypeNames.IntArray
+    _primvar(contacts, conventions.CONTACT_MODE, mode, "vertex").Set(values.integers([]))
+    force = Sdf.ValueTypeNames.Vector3fArray
+    _primvar(contacts, conventions.CONTACT_FORCE, force, "vertex").Set(empty)
+    return contacts
+
+
+def _primvar(prim: Any, name: str, type_name: Any, interpolation: str) -> Any:
+    short = name.removeprefix("primvars:")
+    return UsdGeom.PrimvarsAPI(prim).CreatePrimvar(short, type_name, interpolation)

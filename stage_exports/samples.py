@@ -1,0 +1,102 @@
+"""A run of frames as a layer that holds time samples and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from pxr import Sdf
+
+from warp_softbody.frame import Frame
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports import conventions, values
+from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.stage_exports.palette import activation_colors, mode_colors
+from warp_softbody.stage_exports.prims import contact_width, fiber_width
+
+_TYPES = {
+    "points": Sdf.ValueTypeNames.Point3fArray,
+    "velocities": Sdf.ValueTypeNames.Vector3fArray,
+    "extent": Sdf.ValueTypeNames.Float3Array,
+    "widths": Sdf.ValueTypeNames.FloatArray,
+    "primvars:displayColor": Sdf.ValueTypeNames.Color3fArray,
+    conventions.ACTIVATION: Sdf.ValueTypeNames.FloatArray,
+    conventions.CONTACT_MODE: Sdf.ValueTypeNames.IntArray,
+    conventions.CONTACT_FORCE: Sdf.ValueTypeNames.Vector3fArray,
+}
+
+
+class Sample(NamedTuple):
+    """One value of one attribute at the time of a frame."""
+
+    prim: str
+    attribute: str
+    value: Any
+
+
+class TimedFrame(NamedTuple):
+    """A frame and the time code at which it stands."""
+
+    time_code: float
+    frame: Frame
+
+
+def sample_layer(scene: Scene, layout: Layout, frames: Sequence[TimedFrame]) -> Any:
+    """Overs of the moving attributes, with the first and last time code in the layer's clock."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    body = conventions.character_path(scene.character.name)
+    with Sdf.ChangeBlock():
+        for time_code, frame in frames:
+            for sample in frame_samples(scene, layout, frame):
+                path = f"{body}/{sample.prim}"
+                attribute = layer.GetAttributeAtPath(f"{path}.{sample.attribute}")
+                if attribute is None:
+                    prim = Sdf.CreatePrimInLayer(layer, path)
+                    attribute = Sdf.AttributeSpec(prim, sample.attribute, _TYPES[sample.attribute])
+                layer.SetTimeSample(attribute.path, time_code, sample.value)
+    layer.startTimeCode = frames[0].time_code
+    layer.endTimeCode = frames[-1].time_code
+    return layer
+
+
+def frame_samples(scene: Scene, layout: Layout, frame: Frame) -> Iterator[Sample]:
+    """Every value that a frame adds to the stage."""
+    nodes = layout.skin_nodes
+    yield from _moving_points(conventions.SKIN, frame.positions[nodes], frame.velocities[nodes])
+    yield from _moving_points(conventions.TETS, frame.positions, frame.velocities)
+    if len(layout.segment_ends):
+        yield from _fiber_samples(scene, layout, frame)
+    if scene.ground is not None:
+        yield from _contact_samples(scene, frame)
+
+
+def _moving_points(
+    prim: str, positions: conventions.FloatArray, velocities: conventions.FloatArray
+) -> Iterator[Sample]:
+    points = values.vectors(positions)
+    yield Sample(prim, "points", points)
+    yield Sample(prim, "velocities", values.vectors(velocities))
+    yield Sample(prim, "extent", values.extent(points))
+
+
+def _fiber_samples(scene: Scene, layout: Layout, frame: Frame) -> Iterator[Sample]:
+    points = values.vectors(frame.fiber_points[layout.segment_ends.reshape(-1)])
+    colors = activation_colors(frame.activations)
+    yield Sample(conventions.FIBERS, "points", points)
+    yield Sample(conventions.FIBERS, "extent", values.extent(points, fiber_width(scene)))
+    yield Sample(conventions.FIBERS, conventions.ACTIVATION, values.floats(frame.activations))
+    yield Sample(conventions.FIBERS, "primvars:displayColor", values.vectors(colors))
+
+
+def _contact_samples(scene: Scene, frame: Frame) -> Iterator[Sample]:
+    contacts = frame.contacts
+    points = values.vectors(np.asarray(contacts.points).reshape(-1, 3))
+    width = contact_width(scene)
+    colors = mode_colors(contacts.modes)
+    yield Sample(conventions.CONTACTS, "points", points)
+    yield Sample(conventions.CONTACTS, "extent", values.extent(points, width))
+    yield Sample(conventions.CONTACTS, "widths", values.floats(np.full(len(points), width)))
+    yield Sample(conventions.CONTACTS, "primvars:displayColor", values.vectors(colors))
+    yield Sample(conventions.CONTACTS, conventions.CONTACT_MODE, values.integers(contacts.modes))
+    yield Sample(conventions.CONTACTS, conventions.CONTACT_FORCE, values.vectors(contacts.forces))

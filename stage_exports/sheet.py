@@ -1,0 +1,69 @@
+"""A motion at a glance: frames of a stage side by side in one picture."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from warp_softbody.errors import InputError
+from warp_softbody.stage_exports.camera import Camera
+from warp_softbody.stage_exports.conventions import FloatArray, checked_target
+from warp_softbody.stage_exports.picture import Size, checked_aspect, save_png
+from warp_softbody.stage_exports.reader import Take, read_take
+from warp_softbody.stage_exports.render import Image, Renderer
+from warp_softbody.stage_exports.subject import Pose, Subject
+
+_GAP = 4
+
+
+def draw_take(
+    path: str | Path,
+    take: Take | str | Path,
+    *,
+    count: int = 12,
+    columns: int = 4,
+    size: Size = (360, 300),
+) -> Path:
+    """Draw frames of a take, evenly spread in time from first to last, row by row.
+
+    Args:
+        path: ends in .png; an existing file is replaced in one step.
+        take: a take, or the path of a stage.
+        count: frames drawn; fewer when the take has fewer.
+        columns: frames in a row.
+        size: width and height of one frame, pixels.
+
+    Returns:
+        The path of the picture. All frames share one camera, which sees the whole motion.
+    """
+    target = checked_target(path, extensions=(".png",))
+    if count < 1 or columns < 1:
+        raise InputError(f"count and columns must be at least 1, got {count!r} and {columns!r}")
+    shown = take if isinstance(take, Take) else read_take(take)
+    camera = Camera.framing(*take_bounds(shown), aspect=checked_aspect(size), margin=1.2)
+    renderer = Renderer(Subject.of_take(shown), camera, size)
+    chosen = np.unique(np.linspace(0, len(shown) - 1, count).round().astype(int))
+    images = [renderer.draw(Pose.of_take(shown, index)) for index in chosen.tolist()]
+    save_png(target, _tiled(images, columns))
+    return target
+
+
+def take_bounds(take: Take) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest corner of all frames, as `Movie` takes them."""
+    return take.skin_points.min(axis=(0, 1)), take.skin_points.max(axis=(0, 1))
+
+
+def _tiled(images: list[Image], columns: int) -> Image:
+    """Pictures in rows with a thin white gap."""
+    columns = min(columns, len(images))
+    rows = math.ceil(len(images) / columns)
+    height, width, _ = images[0].shape
+    down, right = height + _GAP, width + _GAP
+    sheet = np.full((rows * down - _GAP, columns * right - _GAP, 3), 255, dtype=np.uint8)
+    for place, image in enumerate(images):
+        row, column = divmod(place, columns)
+        top, left = row * down, column * right
+        sheet[top : top + height, left : left + width] = image
+    return sheet

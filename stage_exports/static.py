@@ -1,0 +1,34 @@
+"""The part of a take that does not move, as one layer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pxr import Sdf, Usd
+
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports import surroundings
+from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.stage_exports.prims import define_body
+
+
+def static_layer(
+    scene: Scene, layout: Layout, fps: float, metadata: Mapping[str, str | float]
+) -> Any:
+    """Everything of a stage but its time samples.
+
+    The layer is made first and the stage opened on it: a layer taken from a stage that goes out of
+    scope is an expired handle, and touching that ends the interpreter.
+    """
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    stage = Usd.Stage.Open(layer)
+    surroundings.define_root(stage, fps, metadata)
+    body = surroundings.define_material(stage, "Body", roughness=0.45)
+    define_body(stage, scene, layout, body)
+    if scene.ground is not None:
+        matt = surroundings.define_material(stage, "Ground", roughness=0.9)
+        surroundings.define_ground(stage, scene, scene.ground, matt)
+    surroundings.define_camera(stage, scene)
+    surroundings.define_lights(stage)
+    return layer

@@ -1,0 +1,151 @@
+"""Frames to a USD file, chunk by chunk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from warp_softbody.errors import InputError, OutputError
+from warp_softbody.frame import Frame
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.chunks import ChunkFolder
+from warp_softbody.stage_exports.conventions import (
+    EXTENSIONS,
+    TIME_CODE_DIGITS,
+    character_path,
+    checked_target,
+)
+from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.stage_exports.samples import TimedFrame, sample_layer
+from warp_softbody.stage_exports.static import static_layer
+
+
+class StageWriter:
+    """Writes a take: `with StageWriter(path, scene) as stage: stage.write(frame)`.
+
+    Frames wait in memory until a chunk is full; closed chunks survive a crash (see `recover`). At
+    the end, also after an exception or Ctrl-C in the `with` body, the frames so far become one
+    valid file that replaces an older one in a single step. Without a frame nothing is left behind.
+    A new take of the same name lets go of chunks that a crashed one left: recover them first.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        scene: Scene,
+        *,
+        fps: float = 30.0,
+        overwrite: bool = True,
+        metadata: Mapping[str, str | float] | None = None,
+        chunk_frames: int = 120,
+    ) -> None:
+        """Check everything that can be checked before the first frame; create nothing.
+
+        Args:
+            path: target, ending in .usdc, .usda or .usd.
+            scene: what the frames are snapshots of.
+            fps: time codes per second; a frame stands at its own time times fps.
+            overwrite: replace an existing file; otherwise it is an OutputError.
+            metadata: kept in the stage's customLayerData, by name.
+            chunk_frames: frames held in memory at most.
+        """
+        if not (math.isfinite(fps) and fps > 0.0):
+            raise InputError(f"fps must be finite and positive, got {fps!r}")
+        if chunk_frames < 1:
+            raise InputError(f"chunk_frames must be at least 1, got {chunk_frames!r}")
+        character_path(scene.character.name)
+        self._path = checked_target(path, extensions=EXTENSIONS, overwrite=overwrite)
+        self._scene = scene
+        self._fps = float(fps)
+        self._metadata = _checked_metadata(metadata or {})
+        self._chunk_frames = chunk_frames
+        self._layout = Layout.of(scene.character)
+        self._chunks = ChunkFolder(self._path)
+        self._pending: list[TimedFrame] = []
+        self._stored = 0
+        self._last_time_code = -math.inf
+        self._closed = False
+
+    @property
+    def path(self) -> Path:
+        """Where the stage stands after closing."""
+        return self._path
+
+    def write(self, frame: Frame) -> None:
+        """Add a frame; times must increase."""
+        if self._closed:
+            raise OutputError(f"{str(self._path)!r} is closed; no frame can be added")
+        time_code = round(frame.time * self._fps, TIME_CODE_DIGITS)
+        if not time_code > self._last_time_code:
+            raise InputError(
+                f"frame {frame.index} at {frame.time!r} s is not later than the last one"
+            )
+        self._check_arrays(frame)
+        self._pending.append(TimedFrame(time_code, frame))
+        self._last_time_code = time_code
+        if len(self._pending) >= self._chunk_frames:
+            self._flush()
+
+    def close(self) -> None:
+        """Merge the chunks into the target; harmless when closed already."""
+        if self._closed:
+            return
+        if self._pending:
+            self._flush()
+        if self._stored:
+            self._chunks.merge()
+            self._chunks.remove()
+        self._closed = True
+
+    def __enter__(self) -> StageWriter:
+        """Write inside the body."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Keep the frames so far, whatever ended the body."""
+        self.close()
+
+    def _flush(self) -> None:
+        """Close a chunk. The frames are let go last, so that an interrupt here loses none."""
+        if not self._stored:
+            static = static_layer(self._scene, self._layout, self._fps, self._metadata)
+            self._chunks.start(static)
+        samples = sample_layer(self._scene, self._layout, self._pending)
+        self._chunks.add(self._stored, samples)
+        self._stored, self._pending = self._stored + len(self._pending), []
+
+    def _check_arrays(self, frame: Frame) -> None:
+        nodes = len(self._scene.character.mesh.points)
+        vertices = len(self._layout.fiber_vertices)
+        segments = len(self._layout.segment_ends)
+        touching = len(frame.contacts.points)
+        for name, array, shape in (
+            ("positions", frame.positions, (nodes, 3)),
+            ("velocities", frame.velocities, (nodes, 3)),
+            ("activations", frame.activations, (segments,)),
+            ("fiber_points", frame.fiber_points, (vertices, 3)),
+            ("contact modes", frame.contacts.modes, (touching,)),
+            ("contact forces", frame.contacts.forces, (touching, 3)),
+        ):
+            if array.shape != shape:
+                raise InputError(
+                    f"frame {frame.index}: {name} must have the shape {shape}, got {array.shape}"
+                )
+            if not np.isfinite(array).all():
+                raise InputError(f"frame {frame.index}: {name} holds a number that is not finite")
+
+
+def _checked_metadata(metadata: Mapping[str, str | float]) -> dict[str, str | float]:
+    for name, value in metadata.items():
+        if not isinstance(value, str | int | float):
+            raise InputError(f"metadata {name!r} must be text or a number, got {value!r}")
+    return dict(metadata)

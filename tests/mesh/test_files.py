@@ -1,0 +1,117 @@
+"""Reading and writing tet files: round trips, refusals, and nothing half-written."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from warp_softbody.errors import MeshError, OutputError
+from warp_softbody.mesh import TetMesh
+from warp_softbody.mesh_files import WRITABLE
+
+
+@pytest.mark.parametrize("extension", WRITABLE)
+def test_round_trip(cube: TetMesh, tmp_path: Path, extension: str) -> None:
+    skewed = TetMesh.from_arrays(cube.points @ np.diag([1 / 3, 0.7, np.pi]), cube.tets)
+    path = tmp_path / f"body{extension}"
+    skewed.write(path)
+    back = TetMesh.read(str(path))
+    np.testing.assert_allclose(back.points, skewed.points, rtol=1e-15)
+    np.testing.assert_array_equal(back.tets, skewed.tets)
+    assert back.points.dtype.isnative and back.tets.dtype.isnative
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+
+
+def test_surface_cells_beside_tets_are_ignored(cube: TetMesh, tmp_path: Path) -> None:
+    cells = [("triangle", cube.surface), ("tetra", cube.tets[:3]), ("tetra", cube.tets[3:])]
+    meshio.Mesh(cube.points, cells).write(tmp_path / "both.vtu")
+    np.testing.assert_array_equal(TetMesh.read(tmp_path / "both.vtu").tets, cube.tets)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "sentence"),
+    [
+        ("absent.vtu", None, "there is no such file"),
+        ("body.xyz", "0 0 0", "no mesh format is known for the extension '.xyz'"),
+        ("body", "0 0 0", "no mesh format is known for the extension ''"),
+        ("broken.msh", "garbage", "cannot be read as a .msh mesh"),
+        ("broken.vtu", "<VTKFile", "cannot be read as a .vtu mesh"),
+        ("empty.vtk", "", "cannot be read as a .vtk mesh"),
+        ("broken.mesh", "MeshVersionFormatted x", "cannot be read as a .mesh mesh"),
+    ],
+)
+def test_unreadable_files(
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    name: str,
+    text: str | None,
+    sentence: str,
+) -> None:
+    path = tmp_path / name
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(MeshError, match=sentence) as caught:
+        TetMesh.read(path)
+    assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_folder_is_no_file(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match="there is no such file"):
+        TetMesh.read(tmp_path)
+
+
+def test_file_without_tets(cube: TetMesh, tmp_path: Path) -> None:
+    meshio.Mesh(cube.points, [("triangle", cube.surface)]).write(tmp_path / "skin.vtu")
+    with pytest.raises(MeshError, match=r"it holds no tets \(found: triangle\)"):
+        TetMesh.read(tmp_path / "skin.vtu")
+
+
+def test_file_with_other_solids(cube: TetMesh, tmp_path: Path) -> None:
+    cells = [("tetra", cube.tets), ("hexahedron", [[0, 1, 3, 2, 4, 5, 7, 6]])]
+    meshio.Mesh(cube.points, cells).write(tmp_path / "mixed.vtu")
+    with pytest.raises(MeshError, match="only linear tets are taken, but it holds hexahedron"):
+        TetMesh.read(tmp_path / "mixed.vtu")
+
+
+def test_file_name_stands_in_sentences_about_its_arrays(cube: TetMesh, tmp_path: Path) -> None:
+    points = cube.points.copy()
+    points[4] = np.nan
+    meshio.Mesh(points, [("tetra", cube.tets)]).write(tmp_path / "nan.vtu")
+    with pytest.raises(MeshError, match=r"nan\.vtu: point 4 is not finite"):
+        TetMesh.read(tmp_path / "nan.vtu")
+
+
+def test_unknown_output_extension(cube: TetMesh, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"extension '.xyz'; take one of \.vtu"):
+        cube.write(tmp_path / "body.xyz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_output_folder_must_exist(cube: TetMesh, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="there is no folder"):
+        cube.write(tmp_path / "absent" / "body.vtu")
+    (tmp_path / "folder.vtu").mkdir()
+    with pytest.raises(OutputError, match="it is a folder"):
+        cube.write(tmp_path / "folder.vtu")
+
+
+def test_full_disk_keeps_the_old_file(
+    cube: TetMesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "body.vtu"
+    path.write_text("old")
+
+    def write_half(self: meshio.Mesh, target: Path) -> None:
+        Path(target).write_text("half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(meshio.Mesh, "write", write_half)
+    with pytest.raises(OutputError, match=r"body\.vtu: cannot be written: No space left on device"):
+        cube.write(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["body.vtu"]
+    assert path.read_text() == "old"

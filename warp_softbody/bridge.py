@@ -1,0 +1,207 @@
+"""From engine to controllers: one step's linear maps in NumPy.
+
+A controller wants some linear functions ``y = J v+`` of the next velocities. With ``M~ W = J^T`` solved once, they are
+``y = W^T b + (W^T dt A)(l_d - l) + (J W) f`` with b the known right-hand side and f impulses along rows of J: small and
+dense, whatever the size of the mesh (paper eq. 9 and 11, eliminated).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warp_softbody.errors import InputError
+from warp_softbody.kernels import block_gradients as bg
+from warp_softbody.kernels.block_gradients import make_block_gradients
+from warp_softbody.kernels.muscles import make_muscles
+from warp_softbody.kernels.precision import BLOCK
+from warp_softbody.stepper import Stepper
+
+FloatArray = npt.NDArray[np.float64]
+
+MOST_ITERATIONS = 60
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlProblem:
+    """Linear maps of one step for r rows of J and s muscle segments.
+
+    Attributes:
+        rows: J, (r, 3n).
+        responses: W^T, (r, 3n): velocities per unit impulse along each row.
+        compliance: J M~^-1 J^T, (r, r), symmetric.
+        free_velocity: J v+ without muscle tension and contact, (r,).
+        muscle_map: change of J v+ per metre of (l_d - l), (r, s).
+        lengths: l, (s,) m, at the start of the step.
+        rest_lengths: l_0, (s,) m.
+        iterations: of the block solve.
+    """
+
+    rows: FloatArray
+    responses: FloatArray
+    compliance: FloatArray
+    free_velocity: FloatArray
+    muscle_map: FloatArray
+    lengths: FloatArray
+    rest_lengths: FloatArray
+    iterations: int
+
+
+class Bridge:
+    """Solves M~ W = J^T for the controller, blocks of 16 rows at a time, from the last step's W on."""
+
+    def __init__(self, stepper: Stepper, row_capacity: int = BLOCK) -> None:
+        """Work arrays for up to ``row_capacity`` rows of J."""
+        model = stepper.model
+        types, size = model.types, 3 * model.node_count
+        self._stepper = stepper
+        self._blocks = -(-row_capacity // BLOCK)
+        self._kernels = make_block_gradients(model.options.precision)
+        self._muscles = make_muscles(model.options.precision) if model.segment_count else None
+        shape = (self._blocks, size)
+        self._vectors = {
+            name: model.zeros(shape, types.block) for name in ("j", "x", "r", "z", "p", "q", "w")
+        }
+        partial = (self._blocks, model.chunk_count)
+        self._sums = {name: model.zeros(partial, types.block) for name in ("rr", "rz", "pq")}
+        self._targets = model.zeros(self._blocks, types.block)
+        self._old_product = model.zeros(self._blocks, types.block)
+        self._response = model.zeros(self._blocks, types.block)
+        self._stretch = model.zeros((self._blocks, 6 * model.tet_count), types.block)
+        self._maps = model.zeros((self._blocks, max(1, model.segment_count)), types.block)
+        self._counters = model.zeros(bg.COUNTERS, wp.int32)
+        self._tolerance = model.array([model.options.bridge_tolerance], types.scalar)
+        self._last_rows = 0
+        self._graph: Any = None
+
+    @property
+    def row_capacity(self) -> int:
+        """Most rows that J may have."""
+        return self._blocks * BLOCK
+
+    def solve(self, rows: FloatArray) -> ControlProblem:
+        """The maps of rows J (r, 3n) at the state last assembled by the stepper."""
+        model = self._stepper.model
+        if rows.ndim != 2 or rows.shape[1] != 3 * model.node_count:
+            raise InputError(
+                f"a bridge takes rows of {3 * model.node_count} numbers, got shape {rows.shape}"
+            )
+        moved, shifts = self._translations(rows)
+        others = np.flatnonzero(~moved)
+        if len(others) > self.row_capacity:
+            raise InputError(f"a bridge of {self.row_capacity} rows cannot take {len(others)} rows")
+        iterations = self._solve_blocks(rows[others])
+        count, segments = len(rows), model.segment_count
+        responses = np.empty((count, rows.shape[1]))
+        responses[others] = self._from_blocks(self._vectors["x"].numpy(), len(others))
+        responses[moved] = np.tile(shifts, model.node_count)
+        free = np.empty(count)
+        free[others] = self._response.numpy().reshape(-1)[: len(others)]
+        free[moved] = shifts @ self._stepper.momentum.numpy().sum(axis=0, dtype=np.float64)
+        maps = np.zeros((count, segments))
+        maps[others] = self._from_blocks(self._maps.numpy(), len(others))[:, :segments]
+        compliance = rows @ responses.T
+        return ControlProblem(
+            rows=rows,
+            responses=responses,
+            compliance=0.5 * (compliance + compliance.T),
+            free_velocity=free,
+            muscle_map=maps,
+            lengths=self._stepper.lengths.numpy().astype(np.float64),
+            rest_lengths=model.muscles.rest_lengths,
+            iterations=iterations,
+        )
+
+    def _translations(self, rows: FloatArray) -> tuple[npt.NDArray[np.bool_], FloatArray]:
+        """Rows that are momenta, m d at every node, and their responses d / (1 + dt mu), known in closed form.
+
+        A rigid translation is in the null space of K, so M~ d = (1 + dt mu) M d where no node is fixed.
+        """
+        model = self._stepper.model
+        if len(model.scene.character.fixed):
+            return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
+        by_node = rows.reshape(len(rows), -1, 3)
+        direction = by_node.sum(axis=1) / model.masses.sum()
+        first = model.masses[0] * direction
+        scale = 1e-9 * np.abs(first).max(axis=1)
+        candidates = (np.abs(by_node[:, 0] - first) <= scale[:, None]).all(axis=1)
+        for row in np.flatnonzero(candidates):
+            momentum = model.masses[:, None] * direction[row]
+            candidates[row] = np.allclose(by_node[row], momentum, rtol=1e-9, atol=0.0)
+        damping = model.scene.character.material.mass_damping
+        return candidates, direction[candidates] / (1.0 + model.options.time_step * damping)
+
+    def _solve_blocks(self, rows: FloatArray) -> int:
+        """Run the block iteration on rows; its iterations."""
+        model = self._stepper.model
+        if len(rows) != self._last_rows:
+            self._vectors["x"].zero_()
+            self._last_rows = len(rows)
+        self._vectors["j"].assign(self._to_blocks(rows))
+        if self._graph is None:
+            with wp.ScopedCapture(device=model.options.device) as capture:
+                self._launch()
+            self._graph = capture.graph
+        wp.capture_launch(self._graph)
+        iterations = int(self._counters.numpy()[bg.ITERATIONS])
+        self._stepper.preconditioner_used(iterations)
+        return iterations
+
+    def _to_blocks(self, rows: FloatArray) -> npt.NDArray[np.floating]:
+        dtype = np.dtype(self._stepper.model.options.precision)
+        padded = np.zeros((self.row_capacity, rows.shape[1]), dtype=dtype)
+        padded[: len(rows)] = rows
+        blocks = padded.reshape(self._blocks, BLOCK, -1)
+        return np.ascontiguousarray(blocks.transpose(0, 2, 1))
+
+    @staticmethod
+    def _from_blocks(blocks: npt.NDArray[np.floating], count: int) -> FloatArray:
+        """(blocks, k, 16) to (count, k)."""
+        flat = blocks.transpose(0, 2, 1).reshape(-1, blocks.shape[1])
+        return flat[:count].astype(np.float64)
+
+    def _run(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._stepper.model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def _launch(self) -> None:
+        model, a, k = self._stepper.model, self._stepper.model.arrays, self._kernels
+        v, s = self._vectors, self._sums
+        size = [model.chunk, model.node_count]
+        rows = [a["fixed"], a["row_start"], a["column"]]
+        matrix = self._stepper.values
+        chunks = (self._blocks, model.chunk_count)
+        residual = [v["j"], v["x"]]
+        self._run(k.residual, chunks, [*size, *rows, 0.0, matrix, *residual], [v["r"], s["rr"]])
+        self._run(k.set_targets, self._blocks, [self._tolerance, s["rr"]], [self._targets])
+        self._run(k.residual, chunks, [*size, *rows, 1.0, matrix, *residual], [v["r"], s["rr"]])
+        ends = [self._old_product, self._counters]
+        self._run(k.begin, 1, [s["rr"], self._targets], ends)
+
+        def iterate() -> None:
+            self._stepper.preconditioner.apply_block(v["r"], v["w"], v["z"])
+            self._run(k.products, chunks, [*size, a["fixed"], v["r"]], [v["z"], s["rz"]])
+            inputs = [*size, s["rz"], self._old_product, v["z"]]
+            self._run(k.direction, chunks, inputs, [v["p"]])
+            self._run(k.curvature, chunks, [*size, *rows, matrix, v["p"]], [v["q"], s["pq"]])
+            inputs = [*size, s["rz"], s["pq"], v["p"], v["q"]]
+            self._run(k.advance, chunks, inputs, [v["x"], v["r"], s["rr"]])
+            inputs = [MOST_ITERATIONS, s["rz"], s["rr"], self._targets]
+            self._run(k.conclude, 1, inputs, ends)
+
+        wp.capture_while(self._counters[bg.CONDITION : bg.CONDITION + 1], iterate)
+        inputs = [model.node_count, v["x"], self._stepper.momentum]
+        self._run(k.free_response, self._blocks, inputs, [self._response])
+        if self._muscles is not None:
+            now = [self._stepper.rotations, self._stepper.area_rows, v["x"]]
+            shape = (self._blocks, model.tet_count)
+            self._run(self._muscles.tet_response, shape, [a["tets"], *now], [self._stretch])
+            segments = [a["segment_start"], a["segment_tet"], a["segment_weight"], a["directions"]]
+            factors = [a["muscle_stiffness"], a["step_factors"]]
+            shape = (self._blocks, model.segment_count)
+            inputs = [*segments, *factors, self._stretch]
+            self._run(self._muscles.muscle_response, shape, inputs, [self._maps])

@@ -1,0 +1,68 @@
+"""The meshes that ship with the package: `data/NAME.npz`, and the recipe `data/NAME.json`."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import numpy as np
+
+from warp_softbody.characters.recipe import Recipe
+from warp_softbody.errors import InputError, OutputError
+from warp_softbody.mesh import TetMesh
+
+DATA = files("warp_softbody.characters") / "data"
+
+
+def names() -> list[str]:
+    """Names of the stored meshes."""
+    return sorted(Path(entry.name).stem for entry in DATA.iterdir() if entry.name.endswith(".npz"))
+
+
+def load_mesh(name: str) -> TetMesh:
+    """Stored mesh of a character.
+
+    Raises:
+        InputError: there is no stored mesh of that name.
+    """
+    _check_name(name)
+    with as_file(DATA / f"{name}.npz") as path, np.load(path) as arrays:
+        return TetMesh.from_arrays(arrays["points"], arrays["tets"], source=f"character {name}")
+
+
+def load_recipe(name: str) -> Recipe:
+    """Recipe of a stored mesh.
+
+    Raises:
+        InputError: there is no stored mesh of that name.
+    """
+    _check_name(name)
+    return Recipe.from_json((DATA / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def save(mesh: TetMesh, recipe: Recipe, folder: Path) -> None:
+    """Write mesh and recipe into a folder, each under a temporary name first.
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    partials = {kind: folder / f".{recipe.name}.partial.{kind}" for kind in ("npz", "json")}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(partials["npz"], points=mesh.points, tets=mesh.tets)
+        partials["json"].write_text(recipe.to_json(), encoding="utf-8")
+        for kind, partial in partials.items():
+            os.replace(partial, folder / f"{recipe.name}.{kind}")
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+    finally:
+        for partial in partials.values():
+            with contextlib.suppress(OSError):
+                partial.unlink(missing_ok=True)
+
+
+def _check_name(name: str) -> None:
+    if name not in names():
+        raise InputError(f"there is no stored character {name!r}; there are: {', '.join(names())}")

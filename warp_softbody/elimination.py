@@ -1,0 +1,129 @@
+"""Symbolic factorisation: elimination order, fill and update lists of the block Cholesky factor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from warp_softbody.topology import Topology, starts
+
+IntArray = npt.NDArray[np.int32]
+
+MOST_UPDATES = 6_000_000
+"""Block updates beyond which a factor costs more memory and time than it saves."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elimination:
+    """Pattern of the unit block-lower factor L, rows in elimination order.
+
+    Attributes:
+        order: (n,) node eliminated at each position.
+        row_start, column: CSR of the strictly lower blocks, columns are positions.
+        matrix_slot: per block, its slot in the matrix, or -1 for fill.
+        diagonal_slot: (n,) slot of the diagonal block, -1 for a fixed node.
+        update_start, update_pairs: per block, the pairs of blocks (i k), (j k) that update it.
+    """
+
+    order: IntArray
+    row_start: IntArray
+    column: IntArray
+    matrix_slot: IntArray
+    diagonal_slot: IntArray
+    update_start: IntArray
+    update_pairs: IntArray
+
+    @property
+    def refresh_cost(self) -> float:
+        """Cost of a numeric factorisation in units of one solve with the factor."""
+        solve = 2.0 * len(self.column) + 2.0 * len(self.order)
+        return (len(self.update_pairs) + 2.0 * len(self.column)) / solve
+
+
+def _fill_pattern(topology: Topology, free: npt.NDArray[np.bool_]) -> tuple[IntArray, sparse.csc_array]:
+    """Minimum-degree order of the node graph and the pattern of its factor."""
+    count = len(free)
+    data = np.full(len(topology.column), -1.0)
+    rows = np.repeat(np.arange(count), np.diff(topology.row_start))
+    data[~(free[rows] & free[topology.column])] = 0.0
+    pattern = (data, topology.column, topology.row_start)
+    graph = sparse.csc_matrix(pattern, shape=(count, count), copy=True)
+    graph.setdiag(np.diff(topology.row_start).astype(np.float64) + 1.0)
+    graph.eliminate_zeros()
+    factor = splu(
+        graph,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    order = np.argsort(factor.perm_c).astype(np.int32)
+    return order, sparse.csc_array(factor.L)
+
+
+def _updates(
+    column_start: IntArray, row: IntArray, slot: IntArray, count: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Targets (as keys i * count + j) and the slots of the two factors, column by column."""
+    keys, first, second = [], [], []
+    for k in range(count):
+        span = slice(column_start[k], column_start[k + 1])
+        rows, slots = row[span].astype(np.int64), slot[span].astype(np.int64)
+        high, low = np.tril_indices(len(rows), -1)
+        keys.append(rows[high] * count + rows[low])
+        first.append(slots[high])
+        second.append(slots[low])
+    return np.concatenate(keys), np.concatenate(first), np.concatenate(second)
+
+
+def build_elimination(topology: Topology, fixed: npt.NDArray[np.bool_]) -> Elimination:
+    """Pattern for a mesh; beyond MOST_UPDATES only the diagonal blocks (block Jacobi) are kept."""
+    count = len(fixed)
+    order, pattern = _fill_pattern(topology, ~fixed)
+    lengths = np.diff(pattern.indptr) - 1
+    updates = int((lengths.astype(np.int64) * (lengths - 1) // 2).sum())
+    if updates > MOST_UPDATES:
+        pattern = sparse.csc_array(sparse.eye_array(count, format="csc"))
+    entries = pattern.tocoo()
+    below = entries.row > entries.col
+    rows, columns = entries.row[below].astype(np.int64), entries.col[below].astype(np.int64)
+    by_row = np.lexsort((columns, rows))
+    rows, columns = rows[by_row], columns[by_row]
+    keys = rows * count + columns
+
+    by_column = np.lexsort((rows, columns))
+    targets, first, second = _updates(
+        starts(columns[by_column], count),
+        rows[by_column].astype(np.int32),
+        by_column.astype(np.int32),
+        count,
+    )
+    target_slot = np.searchsorted(keys, targets)
+    by_target = np.argsort(target_slot, kind="stable")
+    diagonal = topology.diagonal_slot[order].copy()
+    diagonal[fixed[order]] = -1
+    return Elimination(
+        order=order,
+        row_start=starts(rows, count),
+        column=columns.astype(np.int32),
+        matrix_slot=_matrix_slots(topology, order[rows], order[columns], fixed),
+        diagonal_slot=diagonal,
+        update_start=starts(target_slot[by_target], len(keys)),
+        update_pairs=np.stack([first, second], axis=1)[by_target].astype(np.int32),
+    )
+
+
+def _matrix_slots(
+    topology: Topology, rows: IntArray, columns: IntArray, fixed: npt.NDArray[np.bool_]
+) -> IntArray:
+    """Slot of block (row, column) in the matrix; -1 where the matrix has none or a node is fixed."""
+    count = len(fixed)
+    owner = np.repeat(np.arange(count), np.diff(topology.row_start)).astype(np.int64)
+    keys = owner * count + topology.column
+    wanted = rows.astype(np.int64) * count + columns
+    slots = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    found = (keys[slots] == wanted) & ~fixed[rows] & ~fixed[columns]
+    return np.where(found, slots, -1).astype(np.int32)

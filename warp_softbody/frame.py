@@ -1,0 +1,57 @@
+"""What the run loop hands out: a snapshot of the scene at one time, in NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class ContactMode(IntEnum):
+    """What a touching point does (METHOD section 5)."""
+
+    LIFT = 0
+    STICK = 1
+    SLIDE = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSample:
+    """Touching nodes of one frame.
+
+    Attributes:
+        points: (k, 3) m.
+        modes: (k,) int32, values of ContactMode.
+        forces: (k, 3) N, from the ground onto the body.
+    """
+
+    points: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    modes: npt.NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    forces: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """A snapshot; every array is a copy that the receiver may keep.
+
+    Attributes:
+        index: number of the frame, from 0.
+        time: s.
+        positions: (n, 3) m, nodes of the tet mesh.
+        velocities: (n, 3) m/s.
+        activations: (segments,) l_d / l_0; 1 for a slack segment.
+        fiber_points: (p, 3) m, the vertices of all fibres in the order of Character.fibers.
+        contacts: touching nodes.
+    """
+
+    index: int
+    time: float
+    positions: FloatArray
+    velocities: FloatArray
+    activations: FloatArray
+    fiber_points: FloatArray
+    contacts: ContactSample

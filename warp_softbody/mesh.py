@@ -1,0 +1,151 @@
+"""The rest shape of a body: a tetrahedral mesh that never changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody import mesh_geometry
+from warp_softbody.mesh_checks import clean_arrays
+from warp_softbody.mesh_files import read_tets, write_tets
+
+if TYPE_CHECKING:
+    import trimesh
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+Number = TypeVar("Number", bound=np.generic)
+
+
+@dataclass(frozen=True, eq=False)
+class TetMesh:
+    """Points and tets in the rest pose; make one by a `from_...` method or `read`.
+
+    The constructor itself takes arrays that are known to be good, such as another mesh's.
+
+    Attributes:
+        points: (n, 3) float64 m, read-only; each is a corner of some tet.
+        tets: (m, 4) int32, read-only; each of positive volume.
+    """
+
+    points: FloatArray
+    tets: IntArray
+
+    def __post_init__(self) -> None:
+        """Keep read-only copies."""
+        object.__setattr__(self, "points", _frozen(np.array(self.points, dtype=np.float64)))
+        object.__setattr__(self, "tets", _frozen(np.array(self.tets, dtype=np.int32)))
+
+    @classmethod
+    def from_arrays(
+        cls,
+        points: npt.ArrayLike,
+        tets: npt.ArrayLike,
+        *,
+        source: str = "arrays",
+        allow_parts: bool = False,
+    ) -> TetMesh:
+        """Make a mesh of checked arrays.
+
+        Tets of negative volume are turned round, points within 1e-9 of the box's diagonal are
+        merged, and points that no tet uses are dropped.
+
+        Args:
+            points: (n, 3) m.
+            tets: (m, 4) point indices.
+            source: what the sentences of the errors call these arrays, such as a file name.
+            allow_parts: accept a mesh of several separate parts.
+
+        Raises:
+            MeshError: what is wrong, naming the source, the field and the value.
+        """
+        clean = clean_arrays(points, tets, source=source, allow_parts=allow_parts)
+        return cls(clean.points, clean.tets)
+
+    @classmethod
+    def read(cls, path: str | Path, *, allow_parts: bool = False) -> TetMesh:
+        """Read the linear tets of any file that meshio reads (.vtu, .vtk, .msh, .mesh, ...).
+
+        Raises:
+            MeshError: the file is missing, unreadable, without tets, or its mesh is refused.
+        """
+        points, tets = read_tets(Path(path))
+        return cls.from_arrays(points, tets, source=str(path), allow_parts=allow_parts)
+
+    @classmethod
+    def from_surface(
+        cls,
+        surface: str | Path | trimesh.Trimesh,
+        *,
+        mesher: str = "ftetwild",
+        size: float | None = None,
+    ) -> TetMesh:
+        """Fill a closed surface with tets and compare the result with it.
+
+        Args:
+            surface: a file (.stl, .obj, .ply) or a trimesh surface.
+            mesher: "ftetwild" (takes flawed surfaces, follows them closely but not exactly) or
+                "tetgen" (exact and repeatable; needs the extra `tetgen`).
+            size: target edge length, m; None for a tenth of the box's diagonal.
+
+        Raises:
+            MeshError: the surface is unusable, meshing failed, or the mesh is not the surface's.
+            InputError: an unknown mesher or a size that is not positive.
+            MissingExtraError: TetGen is asked for but not installed.
+        """
+        from warp_softbody.meshing import tetrahedralize
+
+        return tetrahedralize(surface, mesher=mesher, size=size)
+
+    def write(self, path: str | Path) -> None:
+        """Write the tets in the format of the file's extension, whole or not at all.
+
+        Raises:
+            OutputError: an extension that cannot be written, or a folder that cannot.
+        """
+        write_tets(Path(path), self.points, self.tets)
+
+    @cached_property
+    def surface(self) -> IntArray:
+        """Outward triangles (f, 3) int32 of the surface, as point indices."""
+        return _frozen(mesh_geometry.surface_triangles(self.tets))
+
+    @cached_property
+    def surface_nodes(self) -> IntArray:
+        """Ascending point indices (k,) int32 that the surface uses."""
+        return _frozen(np.unique(self.surface).astype(np.int32))
+
+    @cached_property
+    def volumes(self) -> FloatArray:
+        """Volumes (m,) of the tets, m^3, all positive."""
+        return _frozen(mesh_geometry.tet_volumes(self.points, self.tets))
+
+    @cached_property
+    def volume(self) -> float:
+        """Volume of the body, m^3."""
+        return float(self.volumes.sum())
+
+    @cached_property
+    def smallest_dihedral_angle(self) -> float:
+        """Smallest angle between two faces of one tet, degrees; 70.5 is the best there is."""
+        return float(mesh_geometry.dihedral_angles(self.points, self.tets).min())
+
+    @cached_property
+    def bounds(self) -> FloatArray:
+        """Lowest and highest corner (2, 3) of the box around the points, m."""
+        return _frozen(np.stack([self.points.min(axis=0), self.points.max(axis=0)]))
+
+    @cached_property
+    def part_count(self) -> int:
+        """Number of parts that hang together through shared faces."""
+        return mesh_geometry.count_parts(self.tets)
+
+
+def _frozen(array: npt.NDArray[Number]) -> npt.NDArray[Number]:
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,103 @@
+"""Run a mesher in a child process and turn whatever happens to it into arrays or one sentence."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.errors import MeshError
+
+WORKER = Path(__file__).with_name("worker.py")
+
+Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
+
+
+def run_mesher(
+    mesher: str,
+    points: npt.NDArray[np.float64],
+    faces: npt.NDArray[np.int32],
+    options: Mapping[str, object],
+    *,
+    source: str,
+    timeout: float,
+) -> Arrays:
+    """Fill a closed surface with tets, in a child that Ctrl-C and the timeout end.
+
+    Args:
+        mesher: "tetgen" or "ftetwild".
+        points: (n, 3) m.
+        faces: (f, 3) outward triangles.
+        options: keyword arguments of the mesher's own `tetrahedralize`.
+        source: what the sentences call the surface.
+        timeout: s.
+
+    Returns:
+        Points (k, 3) m and tets (m, 4), unchecked.
+
+    Raises:
+        MeshError: the mesher refused the surface, crashed or took too long.
+    """
+    settings = {
+        "mesher": mesher,
+        "options": dict(options),
+        "cpu_seconds": max(1, int(timeout)) * (os.cpu_count() or 1),
+    }
+    with tempfile.TemporaryDirectory(prefix="warp_softbody_mesh_") as name:
+        folder = Path(name)
+        np.savez(folder / "job.npz", points=points, faces=faces, settings=json.dumps(settings))
+        code = _run_child(folder, mesher, source, timeout)
+        return _result(folder, mesher, source, code)
+
+
+def _run_child(folder: Path, mesher: str, source: str, timeout: float) -> int:
+    """Run the worker and return its exit status; whatever happens here, it is gone afterwards."""
+    command = [sys.executable, str(WORKER), str(folder)]
+    # The child finds what this process finds, wherever it was started.
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    process = subprocess.Popen(
+        command,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        return process.wait(timeout=timeout)
+    except subprocess.TimeoutExpired as error:
+        raise MeshError(
+            f"{source}: {mesher} did not finish in {timeout:g} s; "
+            f"try a larger size or another mesher"
+        ) from error
+    finally:
+        # After Ctrl-C too; `subprocess.run` would leave the child unreaped then.
+        process.kill()
+        process.wait()
+
+
+def _result(folder: Path, mesher: str, source: str, code: int) -> Arrays:
+    try:
+        with np.load(folder / "result.npz") as result:
+            if code == 0 and "error" not in result:
+                return result["points"], result["tets"]
+            reason = " ".join(str(result["error"]).split())
+    # No result, half of one, or arrays from a child that crashed after writing them.
+    except (OSError, ValueError, EOFError, KeyError, BadZipFile):
+        reason = _ending(code)
+    raise MeshError(f"{source}: {mesher} could not mesh the surface: {reason}")
+
+
+def _ending(code: int) -> str:
+    """How a child ended, from its exit status."""
+    if code < 0:
+        return f"it was ended by {signal.Signals(-code).name}"
+    return f"it ended with status {code}" if code else "it left no result"

@@ -1,0 +1,201 @@
+"""The constant part of a simulation, on the device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warp_softbody.elimination import Elimination, build_elimination
+from warp_softbody.kernels.precision import Real, real
+from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout
+from warp_softbody.options import SimulationOptions
+from warp_softbody.scene import Scene
+from warp_softbody.topology import Topology, build_topology
+
+FloatArray = npt.NDArray[np.float64]
+Arrays = dict[str, Any]
+
+CHUNKS = 64
+"""Pieces that sums over nodes are cut into; fixed, so that a sum does not depend on the machine."""
+
+
+def lumped_masses(points: FloatArray, tets: npt.NDArray[np.int32], volumes: FloatArray, density: float) -> FloatArray:
+    """Nodal masses (n,) kg: a quarter of each tet's mass to each corner."""
+    masses = np.zeros(len(points))
+    np.add.at(masses, tets.ravel(), np.repeat(density * volumes / 4.0, 4))
+    return masses
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """What stays constant: topology, material, muscles, ground and step factors, on host and device.
+
+    Attributes:
+        scene: what is simulated.
+        options: how.
+        topology, elimination, muscles: index arrays on the host.
+        masses: (n,) kg, float64 on the host.
+        types: Warp types of the precision.
+        arrays: device arrays by the name of the kernel argument they are handed to.
+    """
+
+    scene: Scene
+    options: SimulationOptions
+    topology: Topology
+    elimination: Elimination
+    muscles: MuscleLayout
+    masses: FloatArray
+    types: Real
+    arrays: Arrays
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        return len(self.masses)
+
+    @property
+    def tet_count(self) -> int:
+        """Number of tets."""
+        return len(self.scene.character.mesh.tets)
+
+    @property
+    def segment_count(self) -> int:
+        """Number of muscle segments."""
+        return len(self.muscles.rest_lengths)
+
+    @property
+    def contact_count(self) -> int:
+        """Number of nodes that can touch the ground; 0 without a ground."""
+        return 0 if self.scene.ground is None else len(self.scene.character.mesh.surface_nodes)
+
+    @property
+    def chunk(self) -> int:
+        """Nodes per chunk of a sum."""
+        return -(-self.node_count // CHUNKS)
+
+    @property
+    def chunk_count(self) -> int:
+        """Number of chunks that hold nodes."""
+        return -(-self.node_count // self.chunk)
+
+    def array(self, values: npt.ArrayLike, dtype: Any) -> Any:
+        """A device array of values."""
+        return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.options.device)
+
+    def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
+        """A device array of zeros."""
+        return wp.zeros(shape, dtype=dtype, device=self.options.device)
+
+
+def build_model(scene: Scene, options: SimulationOptions) -> Model:
+    """The model of a scene: index arrays, rest shape, masses, muscle weights, ground."""
+    character = scene.character
+    mesh = character.mesh
+    topology = build_topology(mesh.tets, len(mesh.points))
+    fixed = np.zeros(len(mesh.points), dtype=bool)
+    fixed[character.fixed] = True
+    model = Model(
+        scene=scene,
+        options=options,
+        topology=topology,
+        elimination=build_elimination(topology, fixed),
+        muscles=build_muscle_layout(character),
+        masses=lumped_masses(mesh.points, mesh.tets, mesh.volumes, character.material.density),
+        types=real(options.precision),
+        arrays={},
+    )
+    model.arrays.update(_body_arrays(model, fixed))
+    model.arrays.update(_factor_arrays(model))
+    model.arrays.update(_muscle_arrays(model))
+    model.arrays.update(_ground_arrays(model))
+    return model
+
+
+def _body_arrays(model: Model, fixed: npt.NDArray[np.bool_]) -> Arrays:
+    types, topology = model.types, model.topology
+    mesh, material = model.scene.character.mesh, model.scene.character.material
+    corners = mesh.points[mesh.tets]
+    rest_inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    dt = model.options.time_step
+    factors = [
+        dt,
+        dt * material.stiffness_damping + dt * dt,
+        1.0 + dt * material.mass_damping,
+    ]
+    return {
+        "tets": model.array(mesh.tets, wp.vec4i),
+        "rest_inverse": model.array(rest_inverse, types.mat33),
+        "rest_volume": model.array(mesh.volumes, types.scalar),
+        "lame": model.array([material.lame_mu, material.lame_lambda], types.scalar),
+        "step_factors": model.array(factors, types.scalar),
+        "gravity": model.array([model.scene.gravity], types.vec3),
+        "mass": model.array(model.masses, types.scalar),
+        "fixed": model.array(fixed.astype(np.int32), wp.int32),
+        "row_start": model.array(topology.row_start, wp.int32),
+        "column": model.array(topology.column, wp.int32),
+        "diagonal_slot": model.array(topology.diagonal_slot, wp.int32),
+        "edge_start": model.array(topology.edge_start, wp.int32),
+        "edge_tet": model.array(topology.edge_tet, wp.int32),
+        "edge_corners": model.array(topology.edge_corners, wp.vec2i),
+        "edge_slots": model.array(topology.edge_slots, wp.vec2i),
+        "node_start": model.array(topology.node_start, wp.int32),
+        "node_tet": model.array(topology.node_tet, wp.int32),
+        "node_corner": model.array(topology.node_corner, wp.int32),
+        "tolerance": model.array([model.options.solver_tolerance], wp.float64),
+    }
+
+
+def _factor_arrays(model: Model) -> Arrays:
+    elimination = model.elimination
+    return {
+        "order": model.array(elimination.order, wp.int32),
+        "factor_row_start": model.array(elimination.row_start, wp.int32),
+        "factor_column": model.array(elimination.column, wp.int32),
+        "factor_matrix_slot": model.array(elimination.matrix_slot, wp.int32),
+        "factor_diagonal_slot": model.array(elimination.diagonal_slot, wp.int32),
+        "update_start": model.array(elimination.update_start, wp.int32),
+        "update_pairs": model.array(elimination.update_pairs, wp.vec2i),
+    }
+
+
+def _muscle_arrays(model: Model) -> Arrays:
+    types, layout = model.types, model.muscles
+    by_segment = np.argsort(layout.pair_segment, kind="stable")
+    segment_start = np.searchsorted(
+        layout.pair_segment[by_segment], np.arange(model.segment_count + 1)
+    )
+    return {
+        "point_nodes": model.array(layout.point_nodes, wp.vec4i),
+        "point_weights": model.array(layout.point_weights, types.vec4),
+        "segment_points": model.array(layout.segment_points, wp.vec2i),
+        "directions": model.array(layout.directions, types.vec3),
+        "muscle_stiffness": model.array(layout.stiffness, types.scalar),
+        "pair_start": model.array(layout.by_tet(model.tet_count), wp.int32),
+        "pair_segment": model.array(layout.pair_segment, wp.int32),
+        "pair_weight": model.array(layout.pair_weight, types.scalar),
+        "segment_start": model.array(segment_start.astype(np.int32), wp.int32),
+        "segment_tet": model.array(layout.pair_tet[by_segment], wp.int32),
+        "segment_weight": model.array(layout.pair_weight[by_segment], types.scalar),
+    }
+
+
+def _ground_arrays(model: Model) -> Arrays:
+    ground = model.scene.ground
+    if ground is None:
+        return {}
+    types = model.types
+    # impulse and speeds that count as zero: a millionth of the weight's, 0.01 mm/s, 0.1 mm/s of sliding
+    weight = float(model.masses.sum()) * float(np.linalg.norm(model.scene.gravity))
+    impulse = 1e-6 * weight * model.options.time_step
+    return {
+        "surface_nodes": model.array(model.scene.character.mesh.surface_nodes, wp.int32),
+        "plane_normal": model.array([ground.normal], types.vec3),
+        "plane": model.array(
+            [ground.offset, ground.friction, model.options.recovery_speed], types.scalar
+        ),
+        "contact_tolerances": model.array([impulse, 1e-5, 1e-2, 1e-4], types.scalar),
+    }

@@ -1,0 +1,59 @@
+"""How a scene is simulated: numbers that change cost and accuracy, never what the scene means."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from warp_softbody.errors import InputError
+
+Precision = Literal["float32", "float64"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulationOptions:
+    """Settings of the stepper, validated on construction.
+
+    Attributes:
+        time_step: dt, s.
+        precision: floating-point type of the state and of every solve.
+        device: a Warp device name, "cpu" or "cuda:0".
+        tolerance: relative residual |b - M~ v| / |b| at which the linear solve stops; None takes 1e-5 in
+            float32 and 1e-6 in float64.
+        max_iterations: of conjugate gradients in one pass; a solve that needs more is counted as not converged.
+        max_contact_passes: active-set passes of one step.
+        bridge_tolerance: relative residual of the controller's block solve.
+        recovery_speed: largest speed, m/s, at which a sunken node is pushed out.
+    """
+
+    time_step: float = 1.0 / 120.0
+    precision: Precision = "float32"
+    device: str = "cpu"
+    tolerance: float | None = None
+    max_iterations: int = 400
+    max_contact_passes: int = 12
+    bridge_tolerance: float = 1e-3
+    recovery_speed: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be simulated."""
+        if not (math.isfinite(self.time_step) and self.time_step > 0.0):
+            raise InputError(f"time_step must be a positive number of seconds, got {self.time_step!r}")
+        if self.precision not in ("float32", "float64"):
+            raise InputError(f"precision must be float32 or float64, got {self.precision!r}")
+        for name in ("tolerance", "bridge_tolerance", "recovery_speed"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"{name} must be a positive number, got {value!r}")
+        for name in ("max_iterations", "max_contact_passes"):
+            value = getattr(self, name)
+            if value < 1:
+                raise InputError(f"{name} must be at least 1, got {value!r}")
+
+    @property
+    def solver_tolerance(self) -> float:
+        """The linear solve's relative residual, with the precision's default filled in."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return 1e-5 if self.precision == "float32" else 1e-6

@@ -1,0 +1,240 @@
+"""The run loop: steps a scene under a controller and hands out frames."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.bridge import Bridge
+from warp_softbody.controllers.controller import Controller
+from warp_softbody.controllers.driver import Driver, Method
+from warp_softbody.errors import InputError, NotFiniteError
+from warp_softbody.frame import ContactMode, ContactSample, Frame
+from warp_softbody.model import build_model
+from warp_softbody.options import SimulationOptions
+from warp_softbody.scene import Scene
+from warp_softbody.state import SLACK, Contacts, Control, State
+from warp_softbody.statistics import MeanSpread, RunSummary, StepLog
+from warp_softbody.stepper import Stepper
+from warp_softbody.view import BodyView
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def whole_steps(time_step: float, fps: float) -> tuple[int, float]:
+    """Steps per frame and the time step that fills a frame with them, at most the one asked for."""
+    if not (np.isfinite(fps) and fps > 0.0):
+        raise InputError(f"fps must be a positive number, got {fps!r}")
+    steps = max(1, int(np.ceil(1.0 / (fps * time_step) - 1e-6)))
+    return steps, 1.0 / (fps * steps)
+
+
+class Simulation:
+    """A scene in motion.
+
+    The time step is shortened, where need be, to a whole number of steps per frame.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        controller: Controller | None = None,
+        *,
+        options: SimulationOptions | None = None,
+        time_step: float | None = None,
+        fps: float = 30.0,
+        method: Method = "qpcc",
+        name: str = "scene",
+    ) -> None:
+        """Build the model; ``time_step`` (s) overrides that of the options."""
+        begun = time.perf_counter()
+        options = options or SimulationOptions()
+        self._steps_per_frame, step = whole_steps(time_step or options.time_step, fps)
+        options = SimulationOptions(**{**vars(options), "time_step": step})
+        self.model = build_model(scene, options)
+        self.fps = fps
+        self.name = name
+        self._stepper = Stepper(self.model)
+        self._state = State.at_rest(self.model)
+        self._after = State.at_rest(self.model)
+        self._control = Control.slack(self.model)
+        self._contacts = Contacts.none(self.model)
+        self._driver = None
+        if controller is not None and self.model.segment_count:
+            self._driver = Driver(controller, Bridge(self._stepper), method)
+        self._rest_lengths = SLACK * self.model.muscles.rest_lengths
+        self._pushed = False
+        self._steps = 0
+        self._frames = 0
+        self._wall = 0.0
+        self._log = StepLog()
+        self._status = "complete"
+        self._setup = time.perf_counter() - begun
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self._steps * self.model.options.time_step
+
+    def run(self, seconds: float) -> Iterator[Frame]:
+        """Frames at t = 0, 1/fps, ... up to ``seconds``.
+
+        Raises:
+            NotFiniteError: at the step where numbers stop being finite; frames before it are good.
+        """
+        if not (np.isfinite(seconds) and seconds > 0.0):
+            raise InputError(f"seconds must be a positive number, got {seconds!r}")
+        yield self._handed_out()
+        while self.time + 0.5 / self.fps < seconds:
+            for _ in range(self._steps_per_frame):
+                self.step()
+            yield self._handed_out()
+
+    def step(self) -> None:
+        """Advance by one time step."""
+        first = self._steps == 0
+        begun = time.perf_counter()
+        self._stepper.assemble(self._state)
+        assembled = time.perf_counter()
+        self._decide()
+        decided = time.perf_counter()
+        self._push()
+        self._stepper.solve(self._state, self._control, self._contacts, self._after)
+        solved = time.perf_counter()
+        statistics = self._stepper.resolve_contact(self._state, self._contacts, self._after)
+        if not statistics.finite:
+            self._status = "not finite"
+            raise NotFiniteError(
+                f"numbers stopped being finite at step {self._steps} ({self.time:.4f} s) of "
+                f"{self.name!r}; try a smaller time_step than {self.model.options.time_step:g} s",
+                step=self._steps,
+                time=self.time,
+            )
+        self._state, self._after = self._after, self._state
+        self._steps += 1
+        ended = time.perf_counter()
+        if first:
+            # the first step loads kernels and captures graphs
+            self._setup += ended - begun
+            return
+        self._wall += ended - begun
+        log = self._log
+        log.seconds["assembly"].append(assembled - begun)
+        log.seconds["control"].append(decided - assembled)
+        log.seconds["solve"].append(solved - decided)
+        log.seconds["contact"].append(ended - solved)
+        log.iterations.append(statistics.iterations)
+        log.passes.append(statistics.passes)
+        log.unconverged += not (statistics.converged and statistics.contact_converged)
+
+    def interrupt(self) -> None:
+        """Note that the run was broken off by the user."""
+        self._status = "interrupted"
+
+    def summary(self, stage: str | None = None) -> RunSummary:
+        """The run so far in numbers."""
+        model, log = self.model, self._log
+        return RunSummary(
+            scene=self.name,
+            frames=self._frames,
+            simulated_seconds=self.time,
+            wall_seconds=self._wall,
+            setup_seconds=self._setup,
+            time_step=model.options.time_step,
+            step_ms=log.spread_ms(),
+            tets=model.tet_count,
+            nodes=model.node_count,
+            segments=model.segment_count,
+            patches=log.patches,
+            qps_per_step=MeanSpread.of(log.qps),
+            cg_iterations=MeanSpread.of(log.iterations),
+            contact_passes=MeanSpread.of(log.passes),
+            unconverged_steps=log.unconverged,
+            status=self._status,
+            stage=stage,
+        )
+
+    def count_export(self, seconds: float) -> None:
+        """Add the wall time that the receiver of the last frame took; it is shared by the frame's steps."""
+        self._wall += seconds
+        recorded = len(self._log.seconds["solve"])
+        missing = recorded - len(self._log.seconds["export"])
+        self._log.seconds["export"] += [seconds / max(1, missing)] * missing
+
+    def view(self) -> BodyView:
+        """The state as a controller sees it."""
+        touching = np.zeros(self.model.node_count, dtype=bool)
+        if self.model.contact_count:
+            surface = self.model.scene.character.mesh.surface_nodes
+            touching[surface] = self._contacts.modes.numpy() != ContactMode.LIFT
+        rest = self.model.muscles.rest_lengths
+        return BodyView(
+            scene=self.model.scene,
+            time=self.time,
+            time_step=self.model.options.time_step,
+            masses=self.model.masses,
+            positions=self._state.positions.numpy().astype(np.float64),
+            velocities=self._state.velocities.numpy().astype(np.float64),
+            touching=touching,
+            activations=np.minimum(self._rest_lengths / rest, 1.0) if len(rest) else np.zeros(0),
+        )
+
+    def _decide(self) -> None:
+        if self._driver is None:
+            return
+        decision = self._driver.decide(self.view())
+        if decision is None:
+            self._rest_lengths = SLACK * self.model.muscles.rest_lengths
+        else:
+            self._rest_lengths = decision.rest_lengths
+            self._log.qps.append(decision.result.qp_count)
+            self._log.patches = max(self._log.patches, len(decision.result.modes))
+        self._control.rest_lengths.assign(self._rest_lengths)
+
+    def _push(self) -> None:
+        """Forces of the scene's pushes, averaged over the step."""
+        scene, dt = self.model.scene, self.model.options.time_step
+        shares = [push.share(self.time, self.time + dt) for push in scene.pushes]
+        if not any(shares) and not self._pushed:
+            return
+        forces = np.zeros((self.model.node_count, 3))
+        for push, share in zip(scene.pushes, shares, strict=True):
+            nodes = scene.character.region(push.region)
+            masses = self.model.masses[nodes]
+            forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
+        self._control.external_forces.assign(forces)
+        self._pushed = any(shares)
+
+    def _handed_out(self) -> Frame:
+        model = self.model
+        positions = self._state.positions.numpy().astype(np.float64)
+        layout = model.muscles
+        points = np.einsum("pk,pka->pa", layout.point_weights, positions[layout.point_nodes])
+        rest = layout.rest_lengths
+        frame = Frame(
+            index=self._frames,
+            time=self.time,
+            positions=positions,
+            velocities=self._state.velocities.numpy().astype(np.float64),
+            activations=np.minimum(self._rest_lengths / rest, 1.0) if len(rest) else np.zeros(0),
+            fiber_points=points,
+            contacts=self._touching(positions),
+        )
+        self._frames += 1
+        return frame
+
+    def _touching(self, positions: FloatArray) -> ContactSample:
+        if not self.model.contact_count:
+            return ContactSample()
+        modes = self._contacts.modes.numpy()
+        chosen = modes != ContactMode.LIFT
+        nodes = self.model.scene.character.mesh.surface_nodes[chosen]
+        impulses = self._contacts.impulses.numpy()[chosen].astype(np.float64)
+        return ContactSample(
+            points=positions[nodes],
+            modes=modes[chosen].astype(np.int32),
+            forces=impulses / self.model.options.time_step,
+        )

@@ -1,0 +1,82 @@
+"""What changes from step to step, and belongs to the caller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warp_softbody.model import Model
+
+SLACK = 1e6
+"""Rest length, in units of l_0, that no segment reaches: no tension."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Positions (n,) vec3 m and velocities (n,) vec3 m/s, device arrays."""
+
+    positions: Any
+    velocities: Any
+
+    @staticmethod
+    def at_rest(model: Model) -> State:
+        """The rest shape, moving with the scene's initial velocity."""
+        points = model.scene.character.mesh.points
+        velocity = np.tile(np.asarray(model.scene.initial_velocity, dtype=np.float64), (len(points), 1))
+        velocity[model.scene.character.fixed] = 0.0
+        return State(
+            model.array(points, model.types.vec3), model.array(velocity, model.types.vec3)
+        )
+
+
+@dataclass(frozen=True)
+class Control:
+    """What acts on the body in a step.
+
+    Attributes:
+        rest_lengths: (segments,) l_d, m; SLACK * l_0 for a slack segment.
+        external_forces: (n,) vec3 N.
+    """
+
+    rest_lengths: Any
+    external_forces: Any
+
+    @staticmethod
+    def slack(model: Model) -> Control:
+        """No tension and no push."""
+        return Control(
+            model.array(SLACK * model.muscles.rest_lengths, model.types.scalar),
+            model.zeros(model.node_count, model.types.vec3),
+        )
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contact of the surface nodes, kept from step to step as the next step's first guess.
+
+    Attributes:
+        modes: (c,) int, 0 lift, 1 stick, 2 slide.
+        impulses: (c,) vec3 N s, from the ground onto the body.
+        friction_forces: (n,) vec3 N s, constant part of the linearised friction of sliding nodes.
+        slip_velocities: (n,) vec3 m/s, where it was linearised.
+        slip_stiffness: (n,) mat33 kg, its derivative by the velocity.
+    """
+
+    modes: Any
+    impulses: Any
+    friction_forces: Any
+    slip_velocities: Any
+    slip_stiffness: Any
+
+    @staticmethod
+    def none(model: Model) -> Contacts:
+        """Nothing touches yet."""
+        return Contacts(
+            model.zeros(model.contact_count, int),
+            model.zeros(model.contact_count, model.types.vec3),
+            model.zeros(model.node_count, model.types.vec3),
+            model.zeros(model.node_count, model.types.vec3),
+            model.zeros(model.node_count, model.types.mat33),
+        )

@@ -1,0 +1,230 @@
+"""One linearly implicit step (paper eq. 8-9) with contact, captured once as graphs and replayed.
+
+``M~ v+ = M v + dt (f_x + f_e + A (l_d - l)) + contact impulses``, ``x+ = x + dt v+``, with
+``M~ = (1 + dt mu) M + (dt lambda + dt^2) K`` and K the warped stiffness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels import contact as contact_kernels
+from warp_softbody.kernels.contact import make_contact
+from warp_softbody.kernels.elasticity import make_elasticity
+from warp_softbody.kernels.muscles import make_muscles
+from warp_softbody.linear_solver import ConjugateGradients, Preconditioner
+from warp_softbody.model import Model
+from warp_softbody.state import Contacts, Control, State
+
+
+FRESH_ITERATIONS = 4
+"""Iterations of one solve that even a factor of the present matrix would need (contact and slip are not in it)."""
+
+
+@dataclass(frozen=True)
+class StepStatistics:
+    """What one step took.
+
+    Attributes:
+        iterations: of conjugate gradients, all contact passes together.
+        passes: active-set passes, 1 where no contact mode changed.
+        touching: nodes in contact.
+        converged: whether every linear solve reached its tolerance.
+        contact_converged: whether the active set settled.
+        finite: whether every velocity is a finite number.
+    """
+
+    iterations: int
+    passes: int
+    touching: int
+    converged: bool
+    contact_converged: bool
+    finite: bool
+
+
+class Stepper:
+    """Steps a model; owns work arrays and graphs, never the state."""
+
+    def __init__(self, model: Model) -> None:
+        """Allocate the work arrays of a model."""
+        types, n, m = model.types, model.node_count, model.tet_count
+        self.model = model
+        self._device = model.options.device
+        self._elasticity = make_elasticity(model.options.precision)
+        self._muscles = make_muscles(model.options.precision) if model.segment_count else None
+        self._contact = make_contact(model.options.precision)
+        self.rotations = model.zeros(m, types.mat33)
+        self._gradients = model.zeros(m, types.mat33)
+        self.area_rows = model.zeros(m, types.mat33)
+        self._elastic_forces = model.zeros(m, types.mat33)
+        self._muscle_forces = model.zeros(m if model.segment_count else 1, types.mat33)
+        self.values = model.zeros(len(model.topology.column), types.mat33)
+        self.node_rotations = model.zeros(n, types.mat33)
+        self.momentum = model.zeros(n, types.vec3)
+        self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
+        self.lengths = model.zeros(model.segment_count, types.scalar)
+        self._tensions = model.zeros(model.segment_count, types.scalar)
+        self._right = model.zeros(n, types.vec3)
+        self._right_with_slip = model.zeros(n, types.vec3)
+        self._x = model.zeros(n, types.vec3)
+        self._normal_velocity = model.zeros(model.contact_count, types.scalar)
+        self._changed = model.zeros(model.contact_count, wp.int32)
+        self.preconditioner = Preconditioner(model, self.values, self.node_rotations)
+        self._solver = ConjugateGradients(model, self.values, self.preconditioner)
+        self._graphs: dict[tuple[Any, ...], Any] = {}
+        self._excess = float("inf")
+
+    def assemble(self, state: State) -> None:
+        """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
+        self._replay(("assemble", state), lambda: self._launch_assembly(state))
+        if self._excess > self.model.elimination.refresh_cost:
+            self._replay(("factorise",), self._launch_factorisation)
+            self._excess = 0.0
+
+    def solve(self, state: State, control: Control, contacts: Contacts, after: State) -> None:
+        """The step's velocities with the contact modes as they were."""
+        key = ("solve", state, control, contacts)
+        self._replay(key, lambda: self._launch_solve(state, control, contacts))
+
+    def resolve_contact(self, state: State, contacts: Contacts, after: State) -> StepStatistics:
+        """Choose contact modes anew until they settle, then write the state after the step."""
+        key = ("contact", state, contacts, after)
+        self._replay(key, lambda: self._launch_contact(state, contacts, after))
+        return self._read_statistics()
+
+    def step(self, state: State, control: Control, contacts: Contacts, after: State) -> StepStatistics:
+        """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place."""
+        self.assemble(state)
+        self.solve(state, control, contacts, after)
+        return self.resolve_contact(state, contacts, after)
+
+    def preconditioner_used(self, iterations: int) -> None:
+        """Count solves that a fresh factor would have saved; enough of them pay for a new factor."""
+        self._excess += max(0, iterations - FRESH_ITERATIONS)
+
+    def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
+        """Replay a graph; the first time, capture it. States are told apart by identity."""
+        identity = (key[0], *(id(part) for part in key[1:]))
+        if identity not in self._graphs:
+            with wp.ScopedCapture(device=self._device) as capture:
+                launch()
+            # the key's objects are kept alive, so that their identities are not used again
+            self._graphs[identity] = (capture.graph, key)
+        wp.capture_launch(self._graphs[identity][0])
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        if dim > 0:
+            wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
+
+    def _launch_assembly(self, state: State) -> None:
+        m, a, k = self.model, self.model.arrays, self._elasticity
+        self._launch(
+            k.deform_tets,
+            m.tet_count,
+            [a["tets"], a["rest_inverse"], a["rest_volume"], a["lame"], state.positions],
+            [self.rotations, self._gradients, self.area_rows, self._elastic_forces],
+        )
+        edges = [a["edge_start"], a["edge_tet"], a["edge_corners"], a["edge_slots"]]
+        material = [a["rest_volume"], a["lame"], a["step_factors"]]
+        edge_count = len(m.topology.edge_slots)
+        inputs = [*edges, *material, self._gradients]
+        self._launch(k.stiffness_edges, edge_count, inputs, [self.values])
+        nodes = [a["node_start"], a["node_tet"], a["node_corner"], a["row_start"], a["diagonal_slot"]]
+        body = [a["mass"], a["rest_volume"], a["gravity"], a["step_factors"]]
+        now = [state.velocities, self.rotations, self._elastic_forces]
+        outputs = [self.values, self.node_rotations, self.momentum]
+        self._launch(k.finish_nodes, m.node_count, [*nodes, *body, *now], outputs)
+        self.preconditioner.follow_rotations()
+        if self._muscles is not None:
+            points = [a["point_nodes"], a["point_weights"], state.positions]
+            count = len(m.muscles.point_nodes)
+            self._launch(self._muscles.fiber_points, count, points, [self.fiber_points])
+            inputs = [a["segment_points"], self.fiber_points]
+            self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
+
+    def _launch_factorisation(self) -> None:
+        self.preconditioner.factorise()
+        self.preconditioner.follow_rotations()
+
+    def _launch_solve(self, state: State, control: Control, contacts: Contacts) -> None:
+        m, a, k = self.model, self.model.arrays, self._contact
+        self._solver.counters.zero_()
+        if self._muscles is not None:
+            inputs = [a["muscle_stiffness"], control.rest_lengths, self.lengths]
+            self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
+            pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
+            inputs = [*pairs, self._tensions, self.rotations, self.area_rows]
+            self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
+        nodes = [a["node_start"], a["node_tet"], a["node_corner"], a["step_factors"]]
+        forces = [self.momentum, control.external_forces, self._muscle_forces, state.velocities]
+        inputs = [*nodes, int(self._muscles is not None), *forces, contacts.friction_forces]
+        outputs = [self._right, self._right_with_slip, self._x]
+        self._launch(k.right_side, m.node_count, inputs, outputs)
+        self._solver.set_target(self._right)
+        if m.contact_count:
+            ground = [a["surface_nodes"], a["fixed"], a["plane_normal"], a["plane"], a["step_factors"]]
+            outputs = [self._normal_velocity, self._solver.normals]
+            self._launch(k.detect, m.contact_count, [*ground, state.positions], outputs)
+        self._launch_pass(contacts)
+
+    def _launch_pass(self, contacts: Contacts) -> None:
+        m, a, k = self.model, self.model.arrays, self._contact
+        if m.contact_count:
+            inputs = [a["surface_nodes"], a["fixed"], a["plane_normal"], contacts.modes]
+            outputs = [self._solver.kinds, self._x]
+            self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
+        self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self._x])
+        self._solver.solve(self._right_with_slip, contacts.slip_stiffness, self._x)
+
+    def _launch_contact(self, state: State, contacts: Contacts, after: State) -> None:
+        m, k, counters = self.model, self._contact, self._solver.counters
+        if m.contact_count:
+            self._launch_update(contacts)
+
+            def settle() -> None:
+                self._launch_pass(contacts)
+                self._launch_update(contacts)
+
+            again = contact_kernels.AGAIN
+            wp.capture_while(counters[again : again + 1], settle)
+        inputs = [m.arrays["fixed"], m.arrays["step_factors"], state.positions, self._x]
+        self._launch(k.advance_state, m.node_count, inputs, [after.positions, after.velocities])
+
+    def _launch_update(self, contacts: Contacts) -> None:
+        m, a, k = self.model, self.model.arrays, self._contact
+        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
+        ground = [a["plane_normal"], a["plane"], a["contact_tolerances"]]
+        inputs = [a["surface_nodes"], a["fixed"], *rows, *ground]
+        now = [self.values, self._right, self._x, self._normal_velocity, self._solver.counters]
+        outputs = [
+            contacts.modes,
+            contacts.impulses,
+            contacts.friction_forces,
+            contacts.slip_velocities,
+            contacts.slip_stiffness,
+            self._right_with_slip,
+            self._changed,
+        ]
+        self._launch(k.update_modes, m.contact_count, [*inputs, *now], outputs)
+        inputs = [m.options.max_contact_passes, self._changed, contacts.modes]
+        self._launch(k.conclude_pass, 1, inputs, [self._solver.counters])
+
+    def _read_statistics(self) -> StepStatistics:
+        counters = self._solver.counters.numpy()
+        passes = max(1, int(counters[contact_kernels.PASSES]))
+        iterations = int(counters[cg.TOTAL_ITERATIONS])
+        self.preconditioner_used(iterations)
+        return StepStatistics(
+            iterations=iterations,
+            passes=passes,
+            touching=int(counters[contact_kernels.TOUCHING]),
+            converged=int(counters[cg.UNCONVERGED]) == 0,
+            contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
+            finite=bool(np.isfinite(self._solver.scalars.numpy()[cg.LAST_SQUARE])),
+        )
