@@ -18,8 +18,8 @@ class ActivationCost:
 
     Attributes:
         effort: weight of (a - 1)^2, keeps unused muscles relaxed.
-        change: weight of (a - a_before)^2 per 0.01 s, keeps motion smooth; it is scaled by (0.01 s / dt) to
-            mean the same at any time step.
+        change: weight of (a - a_before)^2 per 0.01 s, keeps motion smooth; it is scaled by (0.01 s
+            / dt) to mean the same at any time step.
     """
 
     effort: float = 0.02

@@ -41,7 +41,7 @@ class Decision:
 
 
 def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
-    """Bounds of a = l_d / l_0: from 0.5 to 1, and never beyond the present length (a muscle only pulls)."""
+    """Bounds of a = l_d / l_0: 0.5 to 1, never beyond the present length."""
     length = problem.lengths / problem.rest_lengths
     return np.minimum(SHORTEST, length), np.minimum(1.0, length)
 
@@ -49,7 +49,7 @@ def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
 def build_qpcc(
     goals: Goals, problem: ControlProblem, activations: FloatArray, time_step: float
 ) -> ContactQPCC:
-    """The step's QPCC over activations a and patch impulses f, rows of J = [objectives; patches]."""
+    """The step's QPCC over activations and patch impulses; J = [objectives; patches]."""
     wanted = sum(len(objective.rows) for objective in goals.objectives)
     scale = problem.rest_lengths
     by_activation = problem.muscle_map * scale

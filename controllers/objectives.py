@@ -1,7 +1,8 @@
 """Objectives as a few linear rows in the next velocities v+ (METHOD section 4, paper eq. 12-18).
 
-Every objective is ``sum_i weight_i (rows_i v+ - target_i)^2``; rows (k, 3n) act on velocities in node order
-(x, y, z of node 0, then of node 1, ...). Positions of the next step are x + dt v+, so position goals are rows too.
+Every objective is ``sum_i weight_i (rows_i v+ - target_i)^2``; rows (k, 3n) act on velocities in
+node order (x, y, z of node 0, then of node 1, ...). Positions of the next step are x + dt v+, so
+position goals are rows too.
 """
 
 from __future__ import annotations
@@ -64,7 +65,10 @@ def angular_momentum_rows(view: BodyView) -> FloatArray:
 
 
 def mean_rows(view: BodyView, weights: FloatArray) -> FloatArray:
-    """Velocity of the weighted mean of nodes, (3, 3n); weights (n,) sum to one, or to zero for a difference."""
+    """Velocity of the weighted mean of nodes, (3, 3n).
+
+    The weights (n,) sum to one, or to zero for a difference of two means.
+    """
     rows = np.zeros((3, view.node_count, 3))
     for axis in range(3):
         rows[axis, :, axis] = weights
@@ -72,7 +76,7 @@ def mean_rows(view: BodyView, weights: FloatArray) -> FloatArray:
 
 
 def linear_momentum(view: BodyView, rate: FloatArray, weight: npt.ArrayLike = 1.0) -> Objective:
-    """``|dL - dL*|^2`` (eq. 12-13) for a wanted rate dL* (3,) N, in units of the weight's impulse m g dt."""
+    """``|dL - dL*|^2`` (eq. 12-13) for a wanted rate dL* (3,) N, in units of m g dt."""
     unit = 1.0 / (view.weight * view.time_step)
     target = (view.linear_momentum + view.time_step * rate) * unit
     rows = momentum_rows(view) * unit
@@ -95,9 +99,10 @@ def angular_momentum(
 def base_area(
     view: BodyView, triangles: npt.NDArray[np.integer], rate: float, weight: float
 ) -> Objective:
-    """``|dA - dA*|^2`` (eq. 15-16): rate of the area (m^2/s) of base triangles projected on the ground.
+    """``|dA - dA*|^2`` (eq. 15-16): rate of the base's area projected on the ground, m^2/s.
 
-    Positions are taken at n and velocities at n + 1, so the row is the gradient of the projected area.
+    Positions are taken at n and velocities at n + 1, so the row is the gradient of the projected
+    area.
     """
     ground = view.scene.ground
     normal = np.asarray(ground.normal if ground is not None else (0.0, 0.0, 1.0))
@@ -118,7 +123,7 @@ def base_area(
 def position(
     view: BodyView, weights: FloatArray, goal: FloatArray, weight: npt.ArrayLike = 1.0
 ) -> Objective:
-    """``|f(x+) - p*|^2`` (eq. 17) for f a weighted mean of nodes (or a difference of two), goal (3,) m."""
+    """``|f(x+) - p*|^2`` (eq. 17), f a weighted mean of nodes or a difference, goal (3,) m."""
     now = weights @ view.positions
     rows = mean_rows(view, weights) * view.time_step
     return Objective(name="position", rows=rows, target=goal - now, weight=np.asarray(weight))
@@ -127,6 +132,6 @@ def position(
 def velocity(
     view: BodyView, weights: FloatArray, goal: FloatArray, weight: npt.ArrayLike = 1.0
 ) -> Objective:
-    """``|f(v+) - v*|^2`` (eq. 18) for f a weighted mean of nodes (or a difference of two), goal (3,) m/s."""
+    """``|f(v+) - v*|^2`` (eq. 18), f a weighted mean of nodes or a difference, goal (3,) m/s."""
     rows = mean_rows(view, weights)
     return Objective(name="velocity", rows=rows, target=goal, weight=np.asarray(weight))

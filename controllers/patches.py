@@ -1,7 +1,8 @@
-"""Contact patches: the few points through which a controller thinks of the ground (METHOD section 3).
+"""Contact patches: the few points through which a controller thinks of the ground.
 
-The simulator resolves every touching node; the controller sees, for each named region, one point with the mean
-velocity of the nodes that touch. While none of a region's nodes touches, its lowest node stands for it.
+The simulator resolves every touching node; the controller sees, for each named region, one point
+with the mean velocity of the nodes that touch. While none of a region's nodes touches, its lowest
+node stands for it.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Patch:
 
 
 def contact_frame(normal: FloatArray) -> FloatArray:
-    """Rows normal, tangent 1, tangent 2: right-handed, tangent 1 along x wherever that is possible."""
+    """Rows normal, tangent 1, tangent 2: right-handed, tangent 1 along x where possible."""
     axis = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     first = axis - (axis @ normal) * normal
     first /= np.linalg.norm(first)

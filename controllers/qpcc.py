@@ -39,7 +39,7 @@ def uniform_directions(count: int = 8) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactQPCC:
-    """One step's control problem; arrays are stored as float64 and must not be changed afterwards.
+    """One step's control problem; arrays are kept as read-only float64 copies.
 
     Local frame of a contact: (normal, tangent 1, tangent 2), the normal pointing out of the ground.
     Forces are impulses (N s), velocities m/s, controls in whatever unit the caller uses (l_d: m).
@@ -75,7 +75,9 @@ class ContactQPCC:
         for name in (entry.name for entry in fields(self)):
             value = getattr(self, name)
             if name != "constant" and value is not None:
-                object.__setattr__(self, name, np.array(value, np.float64, order="C"))
+                array = np.array(value, np.float64, order="C")
+                array.setflags(write=False)
+                object.__setattr__(self, name, array)
         if self.friction.ndim == 0 and self.velocity_offset.ndim == 1:
             spread = np.full(self.velocity_offset.size // 3, float(self.friction))
             object.__setattr__(self, "friction", spread)
@@ -123,6 +125,8 @@ class ContactQPCC:
     def _check_shapes(self) -> None:
         if self.lower.ndim != 1 or self.lower.size == 0:
             raise InputError(f"QPCC lower must hold one number per control, got {self.lower.shape}")
+        if self.directions.ndim != 2:
+            raise InputError(f"QPCC directions must be (m, 2), got {self.directions.shape}")
         nu, k, m = self.control_count, self.contact_count, len(self.directions)
         expected = {
             "hessian": (nu + 3 * k, nu + 3 * k),

@@ -16,16 +16,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warp_softbody.controllers.blocks import (
+    AffineForces,
+    Blocks,
+    definite,
+    eliminate,
+    gather,
+)
 from warp_softbody.controllers.pieces import PieceTable, piece_table
 from warp_softbody.controllers.piqp_backend import PIQPBackend
 from warp_softbody.controllers.qp import QPProblem, QPSolution, QPStatus, polish
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
-
-SINGULAR = 1e-10
-"""Reciprocal condition below which forces are not eliminated but kept as variables."""
-
-GROWTH = 1e8
-"""Size of scaled forces per unit of control above which the same is done."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,29 +56,11 @@ class Node:
 
 
 @dataclass(frozen=True)
-class _Pieces:
-    """Block matrices of the chosen pieces: f = basis y, still w = 0, rows on f and w."""
-
-    basis: FloatArray
-    still: FloatArray
-    on_force: FloatArray
-    on_velocity: FloatArray
-
-
-@dataclass(frozen=True)
-class _Forces:
-    """Forces affine in the controls, (3K, nu + 1), and the inverse of T Wf E."""
-
-    affine: FloatArray
-    inverse: FloatArray
-
-
-@dataclass(frozen=True)
 class _Origin:
     """The reduced QP that gave a node."""
 
-    pieces: _Pieces
-    forces: _Forces
+    pieces: Blocks
+    forces: AffineForces
     program: QPProblem
     solution: QPSolution
 
@@ -112,22 +95,21 @@ class ReducedProblem:
         self.free[:, 0] = problem.velocity_offset / self.speed
         self.free[:, 1:] = problem.velocity_from_controls * (self.control_scale / self.speed)
         self.mobility = problem.velocity_from_forces * (self.impulse / self.speed)
-        self._contacts = np.arange(k)
-        self._well_posed = _definite(self.mobility)
+        self._well_posed = definite(self.mobility)
 
     def solve(self, modes: tuple[int, ...]) -> Node | None:
         """Minimise over these modes; None where they are infeasible or the QP was not solved."""
-        pieces = self._gather(modes)
-        forces = self._eliminate(pieces)
+        pieces = gather(self.table, modes)
+        forces = eliminate(pieces, self.free, self.mobility, self._well_posed)
         if forces is None:
             return self._solve_kept(modes, pieces)
         return self._solve_reduced(modes, pieces, forces)
 
     def forces_at(self, modes: tuple[int, ...], controls: FloatArray) -> FloatArray | None:
         """(3K,) scaled forces of these modes at fixed scaled controls; None if not determined."""
-        pieces = self._gather(modes)
-        force = self._eliminate(pieces)
-        return None if force is None else force.affine[:, 0] + force.affine[:, 1:] @ controls
+        pieces = gather(self.table, modes)
+        forces = eliminate(pieces, self.free, self.mobility, self._well_posed)
+        return None if forces is None else forces.at(controls)
 
     def points_at(self, controls: FloatArray, force: FloatArray) -> FloatArray:
         """(K, 6) scaled (f, w) of every contact for scaled controls and forces."""
@@ -140,46 +122,8 @@ class ReducedProblem:
         u = np.minimum(np.maximum(controls * self.control_scale, own.lower), own.upper)
         return u, points[:, :3] * self.impulse
 
-    def _gather(self, modes: tuple[int, ...]) -> _Pieces:
-        """Put the contacts' own small matrices on the diagonal and drop the padding."""
-        k, table, which = self._contacts, self.table, np.asarray(modes, dtype=np.int64)
-        size = 3 * len(k)
-        count = table.count[k, which]
-        used = (np.arange(3) < count[:, None]).reshape(-1)
-        basis, still = np.zeros((len(k), 3, len(k), 3)), np.zeros((len(k), 3, len(k), 3))
-        basis[k, :, k, :] = table.basis[k, which]
-        still[k, :, k, :] = table.still[k, which]
-        chosen = table.rows[k, which]
-        rows = np.zeros((2, len(k), chosen.shape[1], len(k), 3))
-        rows[0, k, :, k, :] = chosen[..., :3]
-        rows[1, k, :, k, :] = chosen[..., 3:]
-        on_force, on_velocity = rows.reshape(2, len(k) * chosen.shape[1], size)
-        kept = table.row_used[k, which].reshape(-1)
-        return _Pieces(
-            basis=basis.reshape(size, size)[:, used],
-            still=still.reshape(size, size)[used],
-            on_force=on_force[kept],
-            on_velocity=on_velocity[kept],
-        )
-
-    def _eliminate(self, pieces: _Pieces) -> _Forces | None:
-        """Solve T Wf E y = -T (w0 + Wu u) for all u; None where T Wf E is singular."""
-        system = pieces.still @ self.mobility @ pieces.basis
-        size = len(system)
-        if not self._well_posed and size and _reciprocal_condition(system) < SINGULAR:
-            return None
-        sides = np.concatenate([pieces.still @ self.free, np.eye(size)], axis=1)
-        try:
-            answer = np.linalg.solve(system, sides)
-        except np.linalg.LinAlgError:
-            return None
-        if np.abs(answer).max(initial=0.0) > GROWTH:
-            return None
-        split = self.free.shape[1]
-        return _Forces(pieces.basis @ -answer[:, :split], answer[:, split:])
-
     def _solve_reduced(
-        self, modes: tuple[int, ...], pieces: _Pieces, forces: _Forces
+        self, modes: tuple[int, ...], pieces: Blocks, forces: AffineForces
     ) -> Node | None:
         """The QP in the controls only."""
         affine = forces.affine
@@ -217,7 +161,7 @@ class ReducedProblem:
     def _reduced_node(self, modes: tuple[int, ...], origin: _Origin) -> Node:
         pieces, forces, solution = origin.pieces, origin.forces, origin.solution
         controls, multipliers = solution.x, solution.multipliers.rows
-        force = forces.affine[:, 0] + forces.affine[:, 1:] @ controls
+        force = forces.at(controls)
         # The multipliers of the still rows, by the transposed system.
         pull = multipliers @ pieces.on_velocity
         total = self._force_gradient(controls, force) - multipliers @ pieces.on_force
@@ -225,7 +169,7 @@ class ReducedProblem:
         slopes = self._shifted(controls, force, pull + held @ pieces.still)
         return self._node(modes, controls, force, slopes, solution, origin)
 
-    def _solve_kept(self, modes: tuple[int, ...], pieces: _Pieces) -> Node | None:
+    def _solve_kept(self, modes: tuple[int, ...], pieces: Blocks) -> Node | None:
         """The QP in controls and force amplitudes, for singular T Wf E."""
         nu, count = len(self.lower), pieces.basis.shape[1]
         lift = np.zeros((len(self._gradient), nu + count))
@@ -289,19 +233,3 @@ class ReducedProblem:
             stationarity=solution.dual_residual,
             origin=origin,
         )
-
-
-def _definite(matrix: FloatArray) -> bool:
-    """Whether the symmetric part has no eigenvalue below 1e-8 of the mean one."""
-    size = len(matrix)
-    shift = 1e-8 * float(matrix.trace()) / max(size, 1)
-    try:
-        np.linalg.cholesky(0.5 * (matrix + matrix.T) - shift * np.eye(size))
-    except np.linalg.LinAlgError:
-        return False
-    return True
-
-
-def _reciprocal_condition(matrix: FloatArray) -> float:
-    values = np.linalg.svd(matrix, compute_uv=False)
-    return float(values[-1] / values[0]) if values[0] > 0.0 else 0.0

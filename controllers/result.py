@@ -31,8 +31,9 @@ class SolverOptions:
 
     Attributes:
         max_qps: QPs in one solve, >= 1.
-        kicks: local minima are left this many times by forcing one contact into another mode, >= 0.
-            0 for real-time steps; each kick costs one to three QPs.
+        kicks: how often a local minimum is left by forcing one contact into another mode;
+            each costs one to three QPs. With a warm start 2 a step left a mean gap of a quarter
+            of a percent; cold, 12 are worth having.
         time_limit: s; checked between QPs, so one QP may run over.
         tolerance: largest scaled complementarity residual that counts as consistent.
         qp_tolerance: accuracy asked of each QP in scaled units.

@@ -29,6 +29,9 @@ SLOPE_NOISE = 1e-6
 PROGRESS = 1e-10
 """Relative decrease of the objective that counts."""
 
+ROUNDING = 1e-13
+"""Rounding of the objective, relative to its curvature and constant."""
+
 
 @dataclass(frozen=True)
 class LocalMinimum:
@@ -114,13 +117,18 @@ class Search:
                 continue
             reached.add(found.node.modes)
             heapq.heappush(queue, (found.node.value, next(order), found, self._kicks(found.node)))
-            if found.node.value < best.node.value - _margin(best.node):
+            if found.node.value < best.node.value - self._margin(best.node):
                 best = found
         return best
 
+    def _margin(self, node: Node) -> float:
+        """Decrease that is progress and not rounding."""
+        noise = self.reduced.value_scale + abs(self.reduced.problem.constant)
+        return PROGRESS * abs(node.value) + ROUNDING * noise
+
     def _better(self, node: Node, modes: tuple[int, ...]) -> Node | None:
         found = self.visit(modes)
-        if found is None or found.value >= node.value - _margin(node):
+        if found is None or found.value >= node.value - self._margin(node):
             return None
         return found
 
@@ -163,7 +171,3 @@ class Search:
 
 def _with(modes: tuple[int, ...], contact: int, mode: int) -> tuple[int, ...]:
     return (*modes[:contact], mode, *modes[contact + 1 :])
-
-
-def _margin(node: Node) -> float:
-    return PROGRESS * (1.0 + abs(node.value))

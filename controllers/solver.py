@@ -83,7 +83,10 @@ def solve_static(
 
 
 def enumerate_qpcc(problem: ContactQPCC) -> QPCCResult:
-    """The global minimum, by one QP for every combination of modes; for tests and references."""
+    """The global minimum, by one QP for every combination of modes; for tests and references.
+
+    As certain as the QP solver's verdicts of infeasibility, which it cannot check.
+    """
     if problem.contact_count > ENUMERATION_LIMIT:
         raise InputError(
             f"enumeration takes at most {ENUMERATION_LIMIT} contacts, got {problem.contact_count}"

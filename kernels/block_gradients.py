@@ -1,10 +1,11 @@
-"""Conjugate gradients for blocks of 16 right-hand sides side by side, for the controller's W = M~^-1 J^T.
+"""Conjugate gradients for blocks of 16 right-hand sides side by side: the controller's M~ W = J^T.
 
-Every right-hand side runs its own iteration with its own step lengths; they share the sweeps over the matrix and
-over the preconditioner, which is where the time goes, and each block fills one vector register.
+Every right-hand side runs its own iteration with its own step lengths; they share the sweeps over
+the matrix and over the preconditioner, which is where the time goes, and each block fills one
+vector register.
 """
 
-from functools import lru_cache
+from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -18,7 +19,7 @@ CONDITION = 1
 COUNTERS = 2
 
 
-@lru_cache(maxsize=None)
+@cache
 def make_block_gradients(precision: str) -> SimpleNamespace:
     """Kernels of the block iteration; ``warp_softbody.bridge`` puts them in order."""
     types = real(precision)
@@ -106,7 +107,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         old_product: wp.array(dtype=block),
         counters: wp.array(dtype=int),
     ):
-        go_on = int(0)
+        go_on = 0
         for b in range(targets.shape[0]):
             square = total_of(partial, b)
             target = targets[b]
@@ -234,7 +235,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         old_product: wp.array(dtype=block),
         counters: wp.array(dtype=int),
     ):
-        go_on = int(0)
+        go_on = 0
         for b in range(targets.shape[0]):
             old_product[b] = total_of(product_partial, b)
             square = total_of(partial, b)

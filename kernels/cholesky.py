@@ -1,13 +1,14 @@
 """Sparse block factorisation L D L^T on a fixed pattern, and its solves: the preconditioner.
 
-The factor is of some earlier step's matrix. Between steps the matrix changes almost only by the rotations of
-the nodes, so the solve turns its right-hand side back by each node's rotation since then, and its result forth:
-P = Q L^-T D^-1 L^-1 Q^T, symmetric and positive definite whatever happened since (a warped preconditioner, after
-Courtecuisse et al. 2010). Rows are kept in elimination order. One logical thread walks the elimination order of
-one right-hand side, or of one block of them.
+The factor is of some earlier step's matrix. Between steps the matrix changes almost only by the
+rotations of the nodes, so the solve turns its right-hand side back by each node's rotation since
+then, and its result forth: P = Q L^-T D^-1 L^-1 Q^T, symmetric and positive definite whatever
+happened since (a warped preconditioner, after Courtecuisse et al. 2010). Rows are kept in
+elimination order. One logical thread walks the elimination order of one right-hand side, or of one
+block of them.
 """
 
-from functools import lru_cache
+from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -17,7 +18,7 @@ from warp_softbody.kernels.precision import real
 SUBJECT = "cholesky"
 
 
-@lru_cache(maxsize=None)
+@cache
 def make_cholesky(precision: str) -> SimpleNamespace:
     """Kernels ``factorise``, ``node_turns``, ``precondition``, ``precondition_block``."""
     types = real(precision)
@@ -41,7 +42,8 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         lower: wp.array(dtype=mat33),
         pivot_inverse: wp.array(dtype=mat33),
     ):
-        # row by row: U_ij = A_ij - sum_k U_ik L_jk^T, L_ij = U_ij D_j^-1, D_i = A_ii - sum_j U_ij L_ij^T
+        # row by row: U_ij = A_ij - sum_k U_ik L_jk^T, L_ij = U_ij D_j^-1, D_i = A_ii - sum_j U_ij
+        # L_ij^T
         for i in range(count):
             pivot = wp.identity(n=3, dtype=scalar)
             if diagonal_slot[i] >= 0:

@@ -1,12 +1,12 @@
-"""Preconditioned conjugate gradients for one right-hand side, on the velocities that contact leaves free.
+"""Preconditioned conjugate gradients, one right-hand side, on the velocities contact leaves free.
 
-The unknown is v+ in place. Each node is free, slides on a plane (its normal velocity is given), or is held; the
-operator is S (M~ + G) S with S the projector onto the free velocities and G the slip stiffness, a 3 x 3 block for
-each sliding node. Sums run over fixed chunks of
+The unknown is v+ in place. Each node is free, slides on a plane (its normal velocity is given), or
+is held; the operator is S (M~ + G) S with S the projector onto the free velocities and G the slip
+stiffness, a 3 x 3 block for each sliding node. Sums run over fixed chunks of
 nodes in a fixed order, in double precision, so a run repeats bit for bit.
 """
 
-from functools import lru_cache
+from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -36,7 +36,7 @@ LOOSE_REDUCTION = 0.03
 """Reduction of the residual in a solve whose only purpose is to choose contact modes."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     """Kernels of the iteration; ``warp_softbody.linear_solver`` puts them in order."""
     types = real(precision)
@@ -252,7 +252,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         scalars[LAST_SQUARE] = square
         counters[ITERATIONS] = counters[ITERATIONS] + 1
         counters[TOTAL_ITERATIONS] = counters[TOTAL_ITERATIONS] + 1
-        go_on = int(0)
+        go_on = 0
         if square > scalars[STOP_SQUARE]:
             if counters[ITERATIONS] < max_iterations:
                 go_on = 1

@@ -1,15 +1,17 @@
-"""Frictional contact of the surface nodes with a plane, on the velocities of the step itself (METHOD section 3).
+"""Frictional contact of the surface nodes with a plane, on the step's own velocities.
 
-Signorini's condition at velocity level with a gap term and Coulomb's law with the smooth cone, solved by a
-primal-dual active set: the modes (lift, stick, slide) fix which velocity components are given, conjugate gradients
-solve the true system for the rest, the residual at the given components is the contact impulse, and natural-map
-tests on impulse and velocity choose the modes anew (Hueeber, Stadler & Wohlmuth 2008). A sliding node's friction
--g v_t / |v_t|, g = mu f_n from the last pass, enters as force and symmetric stiffness linearised at the last pass's
-velocity: by Newton's method (force -g d, stiffness g / |v_t| across d) where that velocity has nearly settled, else by Picard
-(stiffness g / |v_t| in every tangential direction), which is a descent method for given g and cannot reverse the sliding.
+Signorini's condition at velocity level with a gap term and Coulomb's law with the smooth cone,
+solved by a primal-dual active set: the modes (lift, stick, slide) fix which velocity components are
+given, conjugate gradients solve the true system for the rest, the residual at the given components
+is the contact impulse, and natural-map tests on impulse and velocity choose the modes anew
+(Hueeber, Stadler & Wohlmuth 2008). A sliding node's friction -g v_t / |v_t|, g = mu f_n from the
+last pass, enters as force and symmetric stiffness linearised at the last pass's velocity: by
+Newton's method (force -g d, stiffness g / |v_t| across d) where that velocity has nearly settled,
+else by Picard (stiffness g / |v_t| in every tangential direction), which is a descent method for
+given g and cannot reverse the sliding.
 """
 
-from functools import lru_cache
+from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -24,7 +26,8 @@ STICK = 1
 SLIDE = 2
 
 NEWTON_PASSES = 6
-"""Active-set passes of a step in which nodes may begin to slide and Newton's linearisation is used."""
+"""Active-set passes of a step in which nodes may begin to slide and Newton's linearisation is
+used."""
 
 PASSES = 4
 AGAIN = 5
@@ -32,7 +35,7 @@ TOUCHING = 6
 CHANGED = 8
 
 
-@lru_cache(maxsize=None)
+@cache
 def make_contact(precision: str) -> SimpleNamespace:
     """Kernels ``detect``, ``impose``, ``update_modes``, ``conclude_pass`` and the step's ends."""
     types = real(precision)
@@ -184,7 +187,8 @@ def make_contact(precision: str) -> SimpleNamespace:
         normal_speed = wp.dot(n, x[i])
         sliding = x[i] - normal_speed * n
         friction = impulse - normal_impulse * n
-        # a node comes and goes through frictionless sliding: only there does the normal impulse speak for itself
+        # a node comes and goes through frictionless sliding: only there does the normal impulse
+        # speak for itself
         next_mode = lift
         force = vec3()
         stiffness = mat33()
@@ -218,8 +222,8 @@ def make_contact(precision: str) -> SimpleNamespace:
                         changed[c] = 1
                 speed = wp.max(wp.length(estimate), tolerances[3])
                 direction = estimate / speed
-                I = wp.identity(n=3, dtype=scalar)
-                stiffness = (bound / speed) * (I - wp.outer(n, n))
+                identity = wp.identity(n=3, dtype=scalar)
+                stiffness = (bound / speed) * (identity - wp.outer(n, n))
                 last = slip_velocities[i]
                 settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
                 if mode == slide and settled and counters[PASSES] < newton_passes:
@@ -244,13 +248,14 @@ def make_contact(precision: str) -> SimpleNamespace:
         # out
         counters: wp.array(dtype=int),
     ):
-        total = int(0)
-        touching = int(0)
+        total = 0
+        touching = 0
         for c in range(changed.shape[0]):
             total += changed[c]
             if modes[c] != lift:
                 touching += 1
-        # modes are sought with loose solves; once they settle, one solve to the tolerance must confirm them
+        # modes are sought with loose solves; once they settle, one solve to the tolerance must
+        # confirm them
         counters[PASSES] = counters[PASSES] + 1
         counters[TOUCHING] = touching
         counters[CHANGED] = total

@@ -1,12 +1,12 @@
 """Corotational linear elasticity of four-node tets (METHOD section 1).
 
 Per tet: deformation gradient F = Ds Dm^-1, rotation R = closest_rotation(F), S = R^T F, strain
-eps = sym(S) - I, first Piola-Kirchhoff stress P = R (2 mu eps + lambda tr(eps) I), nodal forces -V0 P g_a with
-g_a the rest gradients of the shape functions. Rows of the 3 x 3 matrices kept per tet belong to corners 1..3;
-corner 0 is minus their sum, so the net force is zero by construction.
+eps = sym(S) - I, first Piola-Kirchhoff stress P = R (2 mu eps + lambda tr(eps) I), nodal forces -V0
+P g_a with g_a the rest gradients of the shape functions. Rows of the 3 x 3 matrices kept per tet
+belong to corners 1..3; corner 0 is minus their sum, so the net force is zero by construction.
 """
 
-from functools import lru_cache
+from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -17,7 +17,7 @@ from warp_softbody.kernels.rotation import make_rotation
 SUBJECT = "elasticity"
 
 
-@lru_cache(maxsize=None)
+@cache
 def make_elasticity(precision: str) -> SimpleNamespace:
     """Kernels ``deform_tets``, ``stiffness_edges``, ``finish_nodes`` of a precision."""
     types = real(precision)
@@ -62,14 +62,15 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         R = closest_rotation(F)
         Rt = wp.transpose(R)
         S = Rt * F
-        I = wp.identity(n=3, dtype=scalar)
-        strain = scalar(0.5) * (S + wp.transpose(S)) - I
-        stress = scalar(2.0) * lame[0] * strain + (lame[1] * wp.trace(strain)) * I
+        identity = wp.identity(n=3, dtype=scalar)
+        strain = scalar(0.5) * (S + wp.transpose(S)) - identity
+        stress = scalar(2.0) * lame[0] * strain + (lame[1] * wp.trace(strain)) * identity
         volume = rest_volume[t]
         rotations[t] = R
         gradients[t] = B * Rt
         forces[t] = (-volume) * (B * (stress * Rt))
-        # rows: V0 cof(F) g_a, minus a third of the deformed, area-weighted outward normal opposite to corner a
+        # rows: V0 cof(F) g_a, minus a third of the deformed, area-weighted outward normal opposite
+        # to corner a
         area_rows[t] = volume * (B * wp.transpose(cofactor(F)))
 
     @kernel
@@ -129,7 +130,8 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         node_rotations: wp.array(dtype=mat33),
         momentum: wp.array(dtype=vec3),
     ):
-        # diagonal block: rigid translations are in the null space of K, so its rows sum to the mass term
+        # diagonal block: rigid translations are in the null space of K, so its rows sum to the mass
+        # term
         i = wp.tid()
         slot = diagonal_slot[i]
         block = (mass[i] * step_factors[2]) * wp.identity(n=3, dtype=scalar)

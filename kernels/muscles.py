@@ -1,11 +1,12 @@
-"""Muscle segments: lengths, tensions, forces on the tets and the transposed map A (METHOD section 2).
+"""Muscle segments: lengths, tensions, forces on the tets, and the transposed map A.
 
-Segment j feels the tension stress T_j = (S / l_0) max(0, l - l_d); tet t carries the rest-frame stress
-sum_j w_tj T_j d_j d_j^T, turned by its rotation, and its corners feel -sigma V0 cof(F) g_a: stress times the
-area-weighted deformed normals, each face shared by its three nodes. sigma is symmetric, so a tet feels no torque.
+Segment j feels the tension stress T_j = (S / l_0) max(0, l - l_d); tet t carries the rest-frame
+stress sum_j w_tj T_j d_j d_j^T, turned by its rotation, and its corners feel -sigma V0 cof(F) g_a:
+stress times the area-weighted deformed normals, each face shared by its three nodes. sigma is
+symmetric, so a tet feels no torque.
 """
 
-from functools import lru_cache
+from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -15,9 +16,9 @@ from warp_softbody.kernels.precision import real
 SUBJECT = "muscles"
 
 
-@lru_cache(maxsize=None)
+@cache
 def make_muscles(precision: str) -> SimpleNamespace:
-    """Kernels from fibre points to forces, and back from responses to the map of the activations."""
+    """Kernels from fibre points to forces, and back from responses to the activations."""
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
@@ -106,8 +107,8 @@ def make_muscles(precision: str) -> SimpleNamespace:
         # out
         stretch: wp.array2d(dtype=block),
     ):
-        # sum_a (R^T (W_a - W_0)) (R^T V0 cof(F) g_a)^T, its symmetric part, for every right-hand side:
-        # a fibre stress d d^T in the rest frame answers with d^T of it d
+        # sum_a (R^T (W_a - W_0)) (R^T V0 cof(F) g_a)^T, its symmetric part, for every right-hand
+        # side: a fibre stress d d^T in the rest frame answers with d^T of it d
         b, t = wp.tid()
         R = rotations[t]
         H = area_rows[t] * R

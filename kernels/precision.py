@@ -1,11 +1,11 @@
 """The two floating-point types, and where their kernels are compiled.
 
-Kernels of one subject and one precision share one Warp module, so that a run compiles only what it uses.
-Gradients are never asked for; without them kernels compile several times faster.
+Kernels of one subject and one precision share one Warp module, so that a run compiles only what it
+uses. Gradients are never asked for; without them kernels compile several times faster.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -50,17 +50,13 @@ class Real:
         return f"warp_softbody.kernels.{subject}.{self.name}"
 
 
-@lru_cache(maxsize=None)
+@cache
 def real(name: str) -> Real:
     """The types of "float32" or "float64"."""
     if name == "float32":
         block = wp.types.vector(length=BLOCK, dtype=wp.float32)
-        return Real(
-            name, wp.float32, wp.vec3f, wp.vec4f, wp.mat33f, wp.mat44f, block, tiny=1e-30
-        )
+        return Real(name, wp.float32, wp.vec3f, wp.vec4f, wp.mat33f, wp.mat44f, block, tiny=1e-30)
     if name == "float64":
         block = wp.types.vector(length=BLOCK, dtype=wp.float64)
-        return Real(
-            name, wp.float64, wp.vec3d, wp.vec4d, wp.mat33d, wp.mat44d, block, tiny=1e-200
-        )
+        return Real(name, wp.float64, wp.vec3d, wp.vec4d, wp.mat33d, wp.mat44d, block, tiny=1e-200)
     raise ValueError(f"precision must be float32 or float64, got {name!r}")

@@ -1,15 +1,16 @@
 """The proper rotation closest to a 3 x 3 matrix, also where it is flat or inverted.
 
-R maximises tr(R^T F); the maximum is lambda = s1 + s2 + s3, s3 signed as det F. It is the largest root of
-``l^4 - 2 n l^2 - 8 d l + n^2 - 4 c = 0`` with n = |F|^2, d = det F, c = |cof F|^2 (Horn 1987 gives this as the
-characteristic polynomial of the quaternion matrix), found by Newton's method from above. As R = d lambda / d F
-(envelope theorem), differentiating the quartic gives R in closed form:
-``R = ((l^2 + n) F + 2 l cof F - 2 F F^T F) / (l^3 - n l - 2 d)``.
-One Newton-Schulz step and one Newton step on the rotation group remove what rounding left. The denominator is
-(s1 + s2)(s1 + s3)(s2 + s3); near its zeros, where R is hardly unique, the singular value decomposition takes over.
+R maximises tr(R^T F); the maximum is lambda = s1 + s2 + s3, s3 signed as det F. It is the largest
+root of ``l^4 - 2 n l^2 - 8 d l + n^2 - 4 c = 0`` with n = |F|^2, d = det F, c = |cof F|^2 (Horn
+1987 gives this as the characteristic polynomial of the quaternion matrix), found by Newton's method
+from above. As R = d lambda / d F (envelope theorem), differentiating the quartic gives R in closed
+form: ``R = ((l^2 + n) F + 2 l cof F - 2 F F^T F) / (l^3 - n l - 2 d)``.
+One Newton-Schulz step and one Newton step on the rotation group remove what rounding left. The
+denominator is (s1 + s2)(s1 + s3)(s2 + s3); near its zeros, where R is hardly unique, the singular
+value decomposition takes over.
 """
 
-from functools import lru_cache
+from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -17,7 +18,7 @@ import warp as wp
 from warp_softbody.kernels.precision import real
 
 
-@lru_cache(maxsize=None)
+@cache
 def make_rotation(precision: str, subject: str) -> SimpleNamespace:
     """Functions ``closest_rotation(F)`` and ``cofactor(F)`` for the kernels of a subject."""
     types = real(precision)
@@ -39,7 +40,7 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
         # with |F| = 1 the root lies in [1 / sqrt(3), sqrt(3)]; Newton from above is monotone
         root = scalar(1.7320508075688772)
         constant = scalar(1.0) - scalar(4.0) * cofactor_square
-        iteration = int(0)
+        iteration = 0
         while iteration < 16:
             square = root * root
             value = (square - scalar(2.0)) * square - scalar(8.0) * determinant * root + constant
@@ -56,7 +57,7 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
 
     @func
     def rotation_by_svd(F: mat33):
-        U, s, V = wp.svd3(F)
+        U, _, V = wp.svd3(F)
         if wp.determinant(U) * wp.determinant(V) < scalar(0.0):
             U[0, 2] = -U[0, 2]
             U[1, 2] = -U[1, 2]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from warp_softbody.stage_exports.movie import Movie
     from warp_softbody.stage_exports.picture import draw_picture
     from warp_softbody.stage_exports.reader import Take, read_take
-    from warp_softbody.stage_exports.sheet import draw_take
+    from warp_softbody.stage_exports.sheet import draw_take, take_bounds
     from warp_softbody.stage_exports.validation import validate
     from warp_softbody.stage_exports.writer import StageWriter
 
@@ -28,6 +28,7 @@ _HOMES = {
     "measure": "measures",
     "read_take": "reader",
     "recover": "chunks",
+    "take_bounds": "sheet",
     "validate": "validation",
 }
 
@@ -41,6 +42,7 @@ __all__ = [
     "measure",
     "read_take",
     "recover",
+    "take_bounds",
     "validate",
 ]
 

@@ -6,9 +6,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
@@ -48,7 +45,7 @@ def checked_aspect(size: Size) -> float:
     return size[0] / size[1]
 
 
-def save_png(target: Path, image: Image | npt.NDArray[np.uint8]) -> None:
+def save_png(target: Path, image: Image) -> None:
     """Write a picture under a temporary name and rename it."""
     temporary = target.with_name(f".writing.{target.name}")
     try:

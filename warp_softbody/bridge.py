@@ -1,8 +1,9 @@
 """From engine to controllers: one step's linear maps in NumPy.
 
-A controller wants some linear functions ``y = J v+`` of the next velocities. With ``M~ W = J^T`` solved once, they are
-``y = W^T b + (W^T dt A)(l_d - l) + (J W) f`` with b the known right-hand side and f impulses along rows of J: small and
-dense, whatever the size of the mesh (paper eq. 9 and 11, eliminated).
+A controller wants some linear functions ``y = J v+`` of the next velocities. With ``M~ W = J^T``
+solved once, they are ``y = W^T b + (W^T dt A)(l_d - l) + (J W) f`` with b the known right-hand side
+and f impulses along rows of J: small and dense, whatever the size of the mesh (paper eq. 9 and 11,
+eliminated).
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class ControlProblem:
 
 
 class Bridge:
-    """Solves M~ W = J^T for the controller, blocks of 16 rows at a time, from the last step's W on."""
+    """Solves M~ W = J^T for the controller, in blocks of 16 rows, starting from the last W."""
 
     def __init__(self, stepper: Stepper, row_capacity: int = BLOCK) -> None:
         """Work arrays for up to ``row_capacity`` rows of J."""
@@ -117,9 +118,10 @@ class Bridge:
         )
 
     def _translations(self, rows: FloatArray) -> tuple[npt.NDArray[np.bool_], FloatArray]:
-        """Rows that are momenta, m d at every node, and their responses d / (1 + dt mu), known in closed form.
+        """Rows that are momenta, m d at every node, and their responses d / (1 + dt mu).
 
-        A rigid translation is in the null space of K, so M~ d = (1 + dt mu) M d where no node is fixed.
+        A rigid translation is in the null space of K, so M~ d = (1 + dt mu) M d where no node is
+        fixed.
         """
         model = self._stepper.model
         if len(model.scene.character.fixed):

@@ -44,7 +44,9 @@ class Elimination:
         return (len(self.update_pairs) + 2.0 * len(self.column)) / solve
 
 
-def _fill_pattern(topology: Topology, free: npt.NDArray[np.bool_]) -> tuple[IntArray, sparse.csc_array]:
+def _fill_pattern(
+    topology: Topology, free: npt.NDArray[np.bool_]
+) -> tuple[IntArray, sparse.csc_array]:
     """Minimum-degree order of the node graph and the pattern of its factor."""
     count = len(free)
     data = np.full(len(topology.column), -1.0)
@@ -119,7 +121,7 @@ def build_elimination(topology: Topology, fixed: npt.NDArray[np.bool_]) -> Elimi
 def _matrix_slots(
     topology: Topology, rows: IntArray, columns: IntArray, fixed: npt.NDArray[np.bool_]
 ) -> IntArray:
-    """Slot of block (row, column) in the matrix; -1 where the matrix has none or a node is fixed."""
+    """Slot of block (row, column) in the matrix; -1 where it has none or a node is fixed."""
     count = len(fixed)
     owner = np.repeat(np.arange(count), np.diff(topology.row_start)).astype(np.int64)
     keys = owner * count + topology.column

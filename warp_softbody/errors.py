@@ -1,7 +1,7 @@
 """The one tree of errors.
 
-Every error is one clear sentence that names the file, the field and the value at fault; the command line
-prints exactly that sentence and exits with code 2.
+Every error is one clear sentence that names the file, the field and the value at fault; the command
+line prints exactly that sentence and exits with code 2.
 """
 
 from __future__ import annotations

@@ -25,7 +25,9 @@ class Plane:
     def __post_init__(self) -> None:
         """Normalise the normal and refuse a negative friction."""
         if not (math.isfinite(self.friction) and self.friction >= 0.0):
-            raise InputError(f"plane friction must be finite and not negative, got {self.friction!r}")
+            raise InputError(
+                f"plane friction must be finite and not negative, got {self.friction!r}"
+            )
         length = math.sqrt(sum(component * component for component in self.normal))
         if not (math.isfinite(length) and length > 0.0):
             raise InputError(f"plane normal must be a finite, nonzero vector, got {self.normal!r}")

@@ -100,7 +100,7 @@ class Preconditioner:
 
 
 class ConjugateGradients:
-    """S (M~ + slip stiffness) S v = S b, with v given where S is zero; launches only, made to be captured."""
+    """S (M~ + G) S v = S b, G the slip stiffness, v given where S is zero; made to be captured."""
 
     def __init__(self, model: Model, values: Any, preconditioner: Preconditioner) -> None:
         """Work arrays for the matrix in ``values``."""
@@ -110,7 +110,9 @@ class ConjugateGradients:
         self._preconditioner = preconditioner
         self._kernels = make_conjugate_gradients(model.options.precision)
         self._vectors = {name: model.zeros(n, types.vec3) for name in "rzpq"}
-        self._sums = {name: model.zeros(model.chunk_count, wp.float64) for name in ("rr", "rz", "pq")}
+        self._sums = {
+            name: model.zeros(model.chunk_count, wp.float64) for name in ("rr", "rz", "pq")
+        }
         self.scalars = model.zeros(cg.SCALARS, wp.float64)
         self.counters = model.zeros(cg.COUNTERS, wp.int32)
         self.kinds = model.zeros(n, wp.int32)

@@ -23,7 +23,9 @@ CHUNKS = 64
 """Pieces that sums over nodes are cut into; fixed, so that a sum does not depend on the machine."""
 
 
-def lumped_masses(points: FloatArray, tets: npt.NDArray[np.int32], volumes: FloatArray, density: float) -> FloatArray:
+def lumped_masses(
+    points: FloatArray, tets: npt.NDArray[np.int32], volumes: FloatArray, density: float
+) -> FloatArray:
     """Nodal masses (n,) kg: a quarter of each tet's mass to each corner."""
     masses = np.zeros(len(points))
     np.add.at(masses, tets.ravel(), np.repeat(density * volumes / 4.0, 4))
@@ -32,7 +34,7 @@ def lumped_masses(points: FloatArray, tets: npt.NDArray[np.int32], volumes: Floa
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """What stays constant: topology, material, muscles, ground and step factors, on host and device.
+    """What stays constant, on host and device.
 
     Attributes:
         scene: what is simulated.
@@ -188,7 +190,8 @@ def _ground_arrays(model: Model) -> Arrays:
     if ground is None:
         return {}
     types = model.types
-    # impulse and speeds that count as zero: a millionth of the weight's, 0.01 mm/s, 0.1 mm/s of sliding
+    # impulse and speeds that count as zero: a millionth of the weight's, 0.01 mm/s, 0.1 mm/s of
+    # sliding
     weight = float(model.masses.sum()) * float(np.linalg.norm(model.scene.gravity))
     impulse = 1e-6 * weight * model.options.time_step
     return {

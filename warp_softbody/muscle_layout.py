@@ -17,12 +17,13 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 SMALLEST_WEIGHT = 1e-3
-"""Weights below this share of a tet's whole are dropped, and the rest scaled up to sum to one again."""
+"""Weights below this share of a tet's whole are dropped, and the rest scaled up to sum to one
+again."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MuscleLayout:
-    """Muscles of a character in index arrays; s segments, p fibre points, q pairs of a tet and a segment.
+    """Muscles of a character: s segments, p fibre points, q pairs of a tet and a segment.
 
     Attributes:
         point_nodes, point_weights: (p, 4) nodes and barycentric weights of each fibre vertex.
@@ -81,7 +82,8 @@ def _group_pairs(
     start = np.concatenate([fiber.vertices[:-1] for fiber in group.fibers])
     end = np.concatenate([fiber.vertices[1:] for fiber in group.fibers])
     scaled = (segment_distance(centres, start, end) / group.kernel_width) ** 2
-    # the nearest segment's exponent is taken out, so that tets far from every fibre keep their weights
+    # the nearest segment's exponent is taken out, so that tets far from every fibre keep their
+    # weights
     kernel = np.exp(scaled.min(axis=1, keepdims=True) - scaled)
     weight = kernel / kernel.sum(axis=1, keepdims=True)
     weight[weight < SMALLEST_WEIGHT] = 0.0

@@ -84,7 +84,8 @@ class MuscleGroup:
             value = getattr(self, field)
             if not (np.isfinite(value) and value > 0.0):
                 raise InputError(
-                    f"muscle group {self.name!r}: {field} must be finite and positive, got {value!r}"
+                    f"muscle group {self.name!r}: {field} must be finite and positive, "
+                    f"got {value!r}"
                 )
 
     @property

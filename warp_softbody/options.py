@@ -19,9 +19,10 @@ class SimulationOptions:
         time_step: dt, s.
         precision: floating-point type of the state and of every solve.
         device: a Warp device name, "cpu" or "cuda:0".
-        tolerance: relative residual |b - M~ v| / |b| at which the linear solve stops; None takes 1e-5 in
-            float32 and 1e-6 in float64.
-        max_iterations: of conjugate gradients in one pass; a solve that needs more is counted as not converged.
+        tolerance: relative residual |b - M~ v| / |b| at which the linear solve stops; None takes
+            1e-5 in float32 and 1e-6 in float64.
+        max_iterations: of conjugate gradients in one pass; a solve that needs more is counted as
+            not converged.
         max_contact_passes: active-set passes of one step.
         bridge_tolerance: relative residual of the controller's block solve.
         recovery_speed: largest speed, m/s, at which a sunken node is pushed out.
@@ -39,7 +40,9 @@ class SimulationOptions:
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""
         if not (math.isfinite(self.time_step) and self.time_step > 0.0):
-            raise InputError(f"time_step must be a positive number of seconds, got {self.time_step!r}")
+            raise InputError(
+                f"time_step must be a positive number of seconds, got {self.time_step!r}"
+            )
         if self.precision not in ("float32", "float64"):
             raise InputError(f"precision must be float32 or float64, got {self.precision!r}")
         for name in ("tolerance", "bridge_tolerance", "recovery_speed"):

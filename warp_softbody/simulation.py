@@ -158,7 +158,7 @@ class Simulation:
         )
 
     def count_export(self, seconds: float) -> None:
-        """Add the wall time that the receiver of the last frame took; it is shared by the frame's steps."""
+        """Add the wall time that the receiver of the last frame took, shared by its steps."""
         self._wall += seconds
         recorded = len(self._log.seconds["solve"])
         missing = recorded - len(self._log.seconds["export"])

@@ -24,11 +24,11 @@ class State:
     def at_rest(model: Model) -> State:
         """The rest shape, moving with the scene's initial velocity."""
         points = model.scene.character.mesh.points
-        velocity = np.tile(np.asarray(model.scene.initial_velocity, dtype=np.float64), (len(points), 1))
-        velocity[model.scene.character.fixed] = 0.0
-        return State(
-            model.array(points, model.types.vec3), model.array(velocity, model.types.vec3)
+        velocity = np.tile(
+            np.asarray(model.scene.initial_velocity, dtype=np.float64), (len(points), 1)
         )
+        velocity[model.scene.character.fixed] = 0.0
+        return State(model.array(points, model.types.vec3), model.array(velocity, model.types.vec3))
 
 
 @dataclass(frozen=True)

@@ -51,9 +51,10 @@ class RunSummary:
         wall_seconds: s, from the first step to the end.
         setup_seconds: s, building the model and compiling or loading kernels.
         time_step: s, as used.
-        step_ms: spread by part, and "all"; "assembly" is rotations, forces and matrix, "solve" the linear solve with
-            last step's contact modes, "contact" what finding the modes took beyond it, "control" the bridge and the
-            QPCC, "export" writing and drawing, spread over the steps of a frame.
+        step_ms: spread by part, and "all"; "assembly" is rotations, forces and matrix, "solve" the
+            linear solve with last step's contact modes, "contact" what finding the modes took
+            beyond it, "control" the bridge and the QPCC, "export" writing and drawing, spread over
+            the steps of a frame.
         tets, nodes, segments, patches: sizes.
         qps_per_step, cg_iterations, contact_passes: counts per step.
         unconverged_steps: steps in which a linear solve or the contact modes did not settle.
@@ -104,5 +105,7 @@ class StepLog:
         """Spread of each part and of their sum, ms per step."""
         series = {part: values for part, values in self.seconds.items() if values}
         total = np.sum([values for values in series.values()], axis=0) if series else np.zeros(0)
-        spread = {part: Spread.of([1e3 * s for s in values]) for part, values in self.seconds.items()}
+        spread = {
+            part: Spread.of([1e3 * s for s in values]) for part, values in self.seconds.items()
+        }
         return {"all": Spread.of([1e3 * float(s) for s in total]), **spread}

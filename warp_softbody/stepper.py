@@ -22,9 +22,9 @@ from warp_softbody.linear_solver import ConjugateGradients, Preconditioner
 from warp_softbody.model import Model
 from warp_softbody.state import Contacts, Control, State
 
-
 FRESH_ITERATIONS = 4
-"""Iterations of one solve that even a factor of the present matrix would need (contact and slip are not in it)."""
+"""Iterations of one solve that even a factor of the present matrix would need (contact and slip are
+not in it)."""
 
 
 @dataclass(frozen=True)
@@ -98,14 +98,16 @@ class Stepper:
         self._replay(key, lambda: self._launch_contact(state, contacts, after))
         return self._read_statistics()
 
-    def step(self, state: State, control: Control, contacts: Contacts, after: State) -> StepStatistics:
+    def step(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> StepStatistics:
         """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place."""
         self.assemble(state)
         self.solve(state, control, contacts, after)
         return self.resolve_contact(state, contacts, after)
 
     def preconditioner_used(self, iterations: int) -> None:
-        """Count solves that a fresh factor would have saved; enough of them pay for a new factor."""
+        """Count solves that a fresh factor would have saved; enough of them pay for one."""
         self._excess += max(0, iterations - FRESH_ITERATIONS)
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
@@ -135,7 +137,13 @@ class Stepper:
         edge_count = len(m.topology.edge_slots)
         inputs = [*edges, *material, self._gradients]
         self._launch(k.stiffness_edges, edge_count, inputs, [self.values])
-        nodes = [a["node_start"], a["node_tet"], a["node_corner"], a["row_start"], a["diagonal_slot"]]
+        nodes = [
+            a["node_start"],
+            a["node_tet"],
+            a["node_corner"],
+            a["row_start"],
+            a["diagonal_slot"],
+        ]
         body = [a["mass"], a["rest_volume"], a["gravity"], a["step_factors"]]
         now = [state.velocities, self.rotations, self._elastic_forces]
         outputs = [self.values, self.node_rotations, self.momentum]
@@ -168,7 +176,13 @@ class Stepper:
         self._launch(k.right_side, m.node_count, inputs, outputs)
         self._solver.set_target(self._right)
         if m.contact_count:
-            ground = [a["surface_nodes"], a["fixed"], a["plane_normal"], a["plane"], a["step_factors"]]
+            ground = [
+                a["surface_nodes"],
+                a["fixed"],
+                a["plane_normal"],
+                a["plane"],
+                a["step_factors"],
+            ]
             outputs = [self._normal_velocity, self._solver.normals]
             self._launch(k.detect, m.contact_count, [*ground, state.positions], outputs)
         self._launch_pass(contacts)

@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from warp_softbody.errors import InputError
-from warp_softbody.mesh import TetMesh
+
+if TYPE_CHECKING:
+    from warp_softbody.mesh import TetMesh
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -34,7 +37,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="target edge length in m (default: box diagonal / 10)",
     )
     parser.add_argument("--json", action="store_true", help="print the summary as one JSON object")
-    parser.add_argument("--quiet", action="store_true", help="print nothing")
+    parser.add_argument("--quiet", action="store_true", help="print no summary")
     parser.set_defaults(handler=run)
 
 
@@ -54,8 +57,10 @@ def run(args: argparse.Namespace) -> int:
     else:
         mesh, surface_volume = _from_tets(args), None
     mesh.write(args.output)
-    if not args.quiet:
-        print(_as_json(args, mesh, surface_volume) if args.json else _as_text(mesh, surface_volume))
+    if args.json:
+        print(_as_json(args, mesh, surface_volume))
+    elif not args.quiet:
+        print(_as_text(mesh, surface_volume))
     return 0
 
 
@@ -76,6 +81,8 @@ def _from_tets(args: argparse.Namespace) -> TetMesh:
                 f"--{name} is for surfaces, but {args.input} is not one "
                 f"(.stl, .obj, .ply, .off); a tet file is only checked and converted"
             )
+    from warp_softbody.mesh import TetMesh
+
     return TetMesh.read(args.input)
 
 

@@ -1,0 +1,208 @@
+"""Elastic and muscle forces and the step's matrix, against the formulas assembled in NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.bodies import EXACT, Rig, box, crumpled, epsilon, muscular_bar, rig, turned
+from tests.verification import reference
+from warp_softbody.character import Character
+from warp_softbody.kernels.muscles import make_muscles
+from warp_softbody.material import Material
+from warp_softbody.mesh import TetMesh
+from warp_softbody.options import Precision
+
+FloatArray = npt.NDArray[np.float64]
+PRECISIONS: tuple[Precision, ...] = ("float32", "float64")
+SOFT = Material(young_modulus=1e5, poisson_ratio=0.4, stiffness_damping=0.03, mass_damping=0.7)
+
+
+def forces_at(body: Rig, positions: FloatArray) -> FloatArray:
+    """The engine's elastic forces (n, 3): at rest and weightless the known momentum is dt f_e."""
+    body.place(positions, (0.0, 0.0, 0.0))
+    body.stepper.assemble(body.state)
+    return body.stepper.momentum.numpy().astype(np.float64) / body.model.options.time_step
+
+
+def mixed_up(mesh: TetMesh) -> FloatArray:
+    """Crumpled so far that some tets are inside out."""
+    points = crumpled(mesh, amount=0.6)
+    F = reference.deformation_gradients(mesh, points)
+    assert 0.02 < (np.linalg.det(F) < 0.0).mean() < 0.5
+    return points
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.7, np.pi, -2.6])
+def test_rigid_motion_makes_no_force(angle: float, precision: Precision) -> None:
+    """Positions are rounded to eps |x|, so strains are eps |x| / h, and forces that times E area."""
+    mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
+    points = turned(mesh.points, (0.3, -1.0, 0.5), angle) + np.array([0.4, 1.0, -0.7])
+    found = forces_at(rig(mesh, material=SOFT, precision=precision, time_step=1.0), points)
+    gradients = np.linalg.norm(reference.rest_gradients(mesh), axis=2)
+    strain = 8 * epsilon(precision) * (1.0 + np.abs(points).max() * gradients.max())
+    stiffness = 2.0 * SOFT.lame_mu + 3.0 * SOFT.lame_lambda
+    bound = np.zeros(len(points))
+    np.add.at(bound, mesh.tets, strain * stiffness * mesh.volumes[:, None] * gradients)
+    assert (np.linalg.norm(found, axis=1) <= bound).all()
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("inverted", [False, True])
+def test_elastic_forces_have_no_net_force_and_torque(inverted: bool, precision: Precision) -> None:
+    """Up to rounding: a few eps for each of the 24 tets around a node."""
+    mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
+    points = mixed_up(mesh) if inverted else crumpled(mesh)
+    points -= points.mean(axis=0)
+    found = forces_at(rig(mesh, material=SOFT, precision=precision, time_step=1.0), points)
+    size = np.linalg.norm(found, axis=1)
+    assert size.max() > 1.0
+    assert np.abs(found.sum(axis=0)).max() <= 24 * epsilon(precision) * size.sum()
+    arms = np.linalg.norm(points, axis=1)
+    torque = np.cross(points, found).sum(axis=0)
+    assert np.abs(torque).max() <= 48 * epsilon(precision) * (arms @ size)
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+def test_elastic_force_is_minus_the_gradient_of_the_energy(inverted: bool) -> None:
+    mesh = box((1, 2, 2), (0.2, 0.3, 0.25))
+    points = mixed_up(mesh) if inverted else crumpled(mesh)
+    found = forces_at(rig(mesh, material=SOFT, precision="float64", time_step=1.0), points)
+    step = 1e-6
+    expected = np.zeros_like(points)
+    for index in np.ndindex(*points.shape):
+        moved = points.copy()
+        moved[index] += step
+        ahead = reference.elastic_energy(mesh, SOFT, moved)
+        moved[index] -= 2.0 * step
+        expected[index] = (reference.elastic_energy(mesh, SOFT, moved) - ahead) / (2.0 * step)
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+def test_elastic_force_equals_the_formula(inverted: bool) -> None:
+    mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
+    points = mixed_up(mesh) if inverted else crumpled(mesh)
+    found = forces_at(rig(mesh, material=SOFT, precision="float64", time_step=1.0), points)
+    expected = reference.elastic_forces(mesh, SOFT, points)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("inverted", [False, True])
+def test_step_matrix_equals_the_warped_stiffness(inverted: bool, precision: Precision) -> None:
+    mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
+    body = rig(mesh, material=SOFT, precision=precision, time_step=0.05)
+    points = mixed_up(mesh) if inverted else crumpled(mesh)
+    forces_at(body, points)
+    found = reference.block_matrix(body.model, body.stepper.values.numpy())
+    expected = reference.step_matrix(body.model, points)
+    bound = 1e-12 if precision == "float64" else 64 * epsilon(precision)
+    np.testing.assert_allclose(found, expected, atol=bound * np.abs(expected).max())
+    np.testing.assert_array_equal(found, found.T)
+
+
+def test_stiffness_is_semidefinite_with_the_translations_in_its_null_space() -> None:
+    mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
+    body = rig(mesh, material=SOFT, precision="float64", time_step=1.0)
+    forces_at(body, mixed_up(mesh))
+    step = reference.block_matrix(body.model, body.stepper.values.numpy())
+    K = (step - 1.7 * np.diag(np.repeat(body.masses, 3))) / 1.03
+    values = np.linalg.eigvalsh(K)
+    assert values[0] >= -1e-12 * values[-1]
+    translations = np.tile(np.eye(3), (len(mesh.points), 1))
+    np.testing.assert_allclose(K @ translations, 0.0, atol=1e-12 * values[-1])
+
+
+def muscle_forces_at(body: Rig, positions: FloatArray, activations: FloatArray) -> FloatArray:
+    """The kernels' muscle forces on the nodes, (n, 3), summed up in float64."""
+    body.place(positions, (0.0, 0.0, 0.0))
+    body.activate(activations)
+    body.stepper.assemble(body.state)
+    model, a = body.model, body.model.arrays
+    kernels, types = make_muscles(model.options.precision), model.types
+    tensions = model.zeros(model.segment_count, types.scalar)
+    rows = model.zeros(model.tet_count, types.mat33)
+    launch = body.stepper._launch
+    inputs = [a["muscle_stiffness"], body.control.rest_lengths, body.stepper.lengths]
+    launch(kernels.segment_tensions, model.segment_count, inputs, [tensions])
+    pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
+    inputs = [*pairs, tensions, body.stepper.rotations, body.stepper.area_rows]
+    launch(kernels.muscle_tets, model.tet_count, inputs, [rows])
+    by_corner = rows.numpy().astype(np.float64)
+    by_corner = np.concatenate([-by_corner.sum(axis=1, keepdims=True), by_corner], axis=1)
+    forces = np.zeros((model.node_count, 3))
+    np.add.at(forces, model.scene.character.mesh.tets, by_corner)
+    return forces
+
+
+def weights_of(character: Character, body: Rig) -> FloatArray:
+    layout = body.model.muscles
+    weights = np.zeros((len(character.mesh.tets), character.segment_count))
+    weights[layout.pair_tet, layout.pair_segment] = layout.pair_weight
+    return weights
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_muscle_forces_equal_stress_times_deformed_normals(precision: Precision) -> None:
+    """Face by face in NumPy; some segments pull, some are slack because they are short."""
+    character = muscular_bar()
+    body = rig(character, precision=precision, time_step=0.01)
+    points = crumpled(character.mesh, amount=0.1)
+    activations = np.random.default_rng(2).uniform(0.5, 1.0, character.segment_count)
+    found = muscle_forces_at(body, points, activations)
+    lengths = reference.segment_lengths(character, points)
+    spans = np.concatenate([np.diff(fiber.vertices, axis=0) for fiber in character.fibers])
+    rest = np.linalg.norm(spans, axis=1)
+    tensions = 2e5 / rest * np.maximum(lengths - activations * rest, 0.0)
+    expected = reference.muscle_forces(character, points, tensions, weights_of(character, body))
+    bound = (1e-12 if precision == "float64" else 64 * epsilon(precision)) * np.abs(expected).max()
+    np.testing.assert_allclose(found, expected, atol=bound)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_muscle_forces_have_no_net_force_and_torque(precision: Precision) -> None:
+    character = muscular_bar()
+    body = rig(character, precision=precision, time_step=0.01)
+    points = crumpled(character.mesh, amount=0.1)
+    points -= points.mean(axis=0)
+    activations = np.random.default_rng(2).uniform(0.5, 1.0, character.segment_count)
+    found = muscle_forces_at(body, points, activations)
+    size, arms = np.linalg.norm(found, axis=1), np.linalg.norm(points, axis=1)
+    assert size.max() > 1.0
+    assert np.abs(found.sum(axis=0)).max() <= 24 * epsilon(precision) * size.sum()
+    torque = np.cross(points, found).sum(axis=0)
+    assert np.abs(torque).max() <= 48 * epsilon(precision) * (arms @ size)
+
+
+def test_slack_muscles_make_no_force() -> None:
+    """At l_d = l and beyond there is no tension, and a muscle never pushes."""
+    character = muscular_bar()
+    body = rig(character, precision="float64", time_step=0.01)
+    squeezed = character.mesh.points * np.array([1.0, 1.0, 0.7])
+    for activations in (0.71, 1.0, 3.0, 1e6):
+        found = muscle_forces_at(body, squeezed, np.full(character.segment_count, activations))
+        np.testing.assert_array_equal(found, 0.0)
+    found = muscle_forces_at(body, squeezed, np.full(character.segment_count, 0.69))
+    top = character.region("top")
+    assert found[top, 2].sum() < 0.0 < found[character.region("base"), 2].sum()
+
+
+def test_muscle_weights_are_a_partition_of_unity() -> None:
+    """Equal to the paper's formula up to the dropped ones: below 1e-3 each."""
+    character = muscular_bar()
+    body = rig(character, precision="float64")
+    found = weights_of(character, body)
+    np.testing.assert_allclose(found.sum(axis=1), 1.0, atol=1e-14)
+    assert (found >= 0.0).all()
+    # 12 segments: the dropped add up to 1.2 % at most, by which the others grow;
+    # the reference samples 4001 points a segment, an error in d^2 below 1e-9 m^2
+    expected = reference.segment_weights(character)
+    kept = found > 0.0
+    assert (expected[~kept] < 1e-3 * (1.0 + 1e-6)).all()
+    np.testing.assert_allclose(
+        found, np.where(kept, expected, 0.0) / np.where(kept, expected, 0.0).sum(1, keepdims=True),
+        rtol=1e-5,
+    )

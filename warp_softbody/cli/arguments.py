@@ -1,0 +1,55 @@
+"""Arguments: a parser that answers with one sentence, and the kinds of values it reads."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from warp_softbody.errors import InputError
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose errors are InputErrors, and that takes no abbreviations."""
+
+    def __init__(self, **keywords: Any) -> None:
+        """Make a parser; subparsers are made in the same way."""
+        super().__init__(**{**keywords, "allow_abbrev": False})
+
+    def error(self, message: str) -> NoReturn:
+        """Raise what argparse would print below the usage."""
+        raise InputError(message)
+
+
+def number(low: float, high: float, unit: str = "") -> Callable[[str], float]:
+    """A reader of numbers from ``low`` to ``high``."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not low <= value <= high:
+            between = f"a number from {low:g} to {high:g}{unit and ' '}{unit}"
+            raise argparse.ArgumentTypeError(f"must be {between}, got {text!r}")
+        return value
+
+    return read
+
+
+def key_value(text: str) -> tuple[str, str]:
+    """A reader of ``key=value``."""
+    key, equals, value = text.partition("=")
+    if not (key.strip() and equals):
+        raise argparse.ArgumentTypeError(f"must be key=value, got {text!r}")
+    return key.strip(), value.strip()
+
+
+def unique(pairs: list[tuple[str, str]], option: str) -> dict[str, str]:
+    """A dictionary of pairs that name no key twice."""
+    values: dict[str, str] = {}
+    for key, value in pairs:
+        if key in values:
+            raise InputError(f"{option} gives {key!r} twice: {values[key]!r} and {value!r}")
+        values[key] = value
+    return values

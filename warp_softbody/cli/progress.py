@@ -1,0 +1,73 @@
+"""A progress bar on stderr, where stderr is a terminal."""
+
+from __future__ import annotations
+
+import sys
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import rich.progress
+
+
+class ProgressBar:
+    """Simulated seconds against those wanted; silent where nobody looks."""
+
+    def __init__(self, name: str, seconds: float, *, quiet: bool) -> None:
+        """Prepare a bar of ``seconds`` simulated seconds."""
+        self._name = name
+        self._seconds = seconds
+        self._bar: rich.progress.Progress | None = None
+        self._task: rich.progress.TaskID | None = None
+        if not quiet and sys.stderr.isatty():
+            self._bar = _bar()
+
+    def __enter__(self) -> ProgressBar:
+        """Show the bar."""
+        if self._bar is not None:
+            self._bar.start()
+            self._task = self._bar.add_task("loading", total=self._seconds)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def compiling(self) -> None:
+        """Say why nothing moves yet."""
+        self._update(description="compiling kernels (first run only)")
+
+    def reached(self, time: float) -> None:
+        """Show the simulated time, s; at 0 nothing has moved yet."""
+        if time > 0.0:
+            self._update(description=self._name, completed=time)
+
+    def closing(self) -> None:
+        """Say that files are being finished."""
+        self._update(description="writing")
+
+    def _update(self, *, description: str, completed: float | None = None) -> None:
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, description=description, completed=completed)
+
+
+def _bar() -> rich.progress.Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.1f} of {task.total:g} s"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    )

@@ -1,0 +1,87 @@
+"""The files of a run: stage, movie and picture."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from importlib.util import find_spec
+from pathlib import Path
+from types import TracebackType
+
+from warp_softbody.errors import MissingExtraError
+from warp_softbody.frame import Frame
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
+from warp_softbody.stage_exports.conventions import checked_target
+
+
+class Recorder:
+    """Writes each frame to the files asked for; the picture shows the last one.
+
+    Everything about the files is checked on construction and none of them is created before the
+    first frame. At the end, also after an error, they hold the frames so far.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        fps: float,
+        stage: Path | None = None,
+        movie: Path | None = None,
+        picture: Path | None = None,
+        metadata: dict[str, str | float] | None = None,
+    ) -> None:
+        """Check paths, extensions and the packages that drawing needs."""
+        self._scene = scene
+        self._files = ExitStack()
+        self._last: Frame | None = None
+        self._picture = picture
+        if picture is not None:
+            checked_target(picture, extensions=(".png",))
+        _require_drawing(movie, picture)
+        self._writers: list[StageWriter | Movie] = []
+        if stage is not None:
+            self._writers.append(StageWriter(stage, scene, fps=fps, metadata=metadata))
+        if movie is not None:
+            self._writers.append(Movie(movie, scene, fps=fps))
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether there is anything in the files."""
+        return self._last is not None
+
+    def write(self, frame: Frame) -> None:
+        """Add a frame to the stage and to the movie."""
+        for writer in self._writers:
+            writer.write(frame)
+        self._last = frame
+
+    def __enter__(self) -> Recorder:
+        """Write inside the body."""
+        for writer in self._writers:
+            self._files.enter_context(writer)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Finish the files; the picture is drawn unless one of them failed."""
+        self._files.__exit__(kind, error, trace)
+        if kind is None and self._picture is not None and self._last is not None:
+            draw_picture(self._picture, self._scene, self._last)
+
+
+def _require_drawing(movie: Path | None, picture: Path | None) -> None:
+    """Refuse before the simulation what could not be drawn after it."""
+    needed = ["embreex", "imageio"] if movie or picture else []
+    if movie and movie.suffix.lower() == ".mp4":
+        needed.append("imageio_ffmpeg")
+    for package in needed:
+        if find_spec(package) is None:
+            raise MissingExtraError(
+                f"pictures and movies need {package}, which is not installed: "
+                "pip install 'warp-softbody[view]'"
+            )

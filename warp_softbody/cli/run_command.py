@@ -1,0 +1,211 @@
+"""`warp-softbody run NAME`: simulate a scene; write a stage, a movie, a picture and a summary."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from warp_softbody.cli.arguments import key_value, number, unique
+from warp_softbody.cli.engine import warp_engine
+from warp_softbody.cli.interruption import Interruption
+from warp_softbody.cli.progress import ProgressBar
+from warp_softbody.errors import InputError, NotFiniteError
+
+if TYPE_CHECKING:
+    from warp_softbody.cli.recorder import Recorder
+    from warp_softbody.scenes import ScenePlan
+    from warp_softbody.simulation import Simulation
+
+INTERRUPTED = 130
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Register the subcommand; its handler is `run`."""
+    parser = subparsers.add_parser(
+        "run",
+        help="simulate a scene",
+        description="Simulate a scene. `warp-softbody list` shows the scenes and their settings.",
+    )
+    parser.add_argument("scene", metavar="NAME", help="name of a scene, such as balance-i")
+    _add_files(parser)
+    _add_numbers(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    parser.set_defaults(handler=run)
+
+
+def _add_files(parser: argparse.ArgumentParser) -> None:
+    for option, target, text in (
+        ("--out", "F.usdc", "stage to write (.usdc, .usda or .usd)"),
+        ("--picture", "F.png", "picture of the last frame"),
+        ("--movie", "F.gif", "movie of the run (.gif or .mp4)"),
+    ):
+        parser.add_argument(option, metavar=target, type=Path, help=text)
+
+
+def _add_numbers(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--seconds", metavar="S", type=number(1e-3, 1e5, "s"), help="length (default: the scene's)"
+    )
+    parser.add_argument(
+        "--fps", metavar="N", type=number(0.1, 1e4), default=30.0, help="frames a second (30)"
+    )
+    parser.add_argument(
+        "--time-step",
+        metavar="DT",
+        type=number(1e-6, 1.0, "s"),
+        help="longest time step in s (default: the scene's); shortened to fit whole frames",
+    )
+    parser.add_argument("--precision", choices=("float32", "float64"), default="float32")
+    parser.add_argument("--device", default="cpu", help="Warp device, such as cpu or cuda:0 (cpu)")
+    parser.add_argument(
+        "--controller",
+        choices=("qpcc", "static", "none"),
+        help="how muscles are driven: by the contact QPCC (default), by a QP that takes all "
+        "contacts for static, or not at all",
+    )
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        type=key_value,
+        action="append",
+        default=[],
+        help="a setting of the scene, such as push=0.3; may be repeated",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Check everything, simulate, write the files and the summary; return the exit code.
+
+    Raises:
+        SoftBodyError: the sentence for the user; a NotFiniteError's frames so far are saved.
+    """
+    plan, method = _planned(args)
+    recorder = _recorder(args, plan, method)
+    with (
+        Interruption() as interruption,
+        ProgressBar(plan.name, args.seconds, quiet=args.quiet) as progress,
+        warp_engine(args.device, progress.compiling),
+    ):
+        simulation = _simulation(args, plan, method)
+        failure = _record(simulation, args.seconds, recorder, interruption, progress)
+    _report(args, simulation, plan, method, recorder)
+    if failure is not None:
+        raise failure
+    return INTERRUPTED if interruption.asked else 0
+
+
+def _planned(args: argparse.Namespace) -> tuple[ScenePlan, str]:
+    """The scene and how its muscles are driven; the scene's numbers fill what was not given."""
+    from warp_softbody import scenes
+
+    plan = scenes.make(args.scene, unique(args.set, "--set"))
+    args.seconds = plan.seconds if args.seconds is None else args.seconds
+    args.time_step = plan.time_step if args.time_step is None else args.time_step
+    if args.seconds <= 0.5 / args.fps:
+        raise InputError(
+            f"--seconds {args.seconds:g} is less than half a frame at --fps {args.fps:g}"
+        )
+    if plan.controller is None and args.controller not in (None, "none"):
+        raise InputError(
+            f"--controller {args.controller}: scene {plan.name!r} has no controller, "
+            "its body is passive"
+        )
+    return plan, "none" if plan.controller is None else args.controller or "qpcc"
+
+
+def _recorder(args: argparse.Namespace, plan: ScenePlan, method: str) -> Recorder:
+    from warp_softbody.cli.recorder import Recorder
+
+    return Recorder(
+        plan.scene,
+        fps=args.fps,
+        stage=args.out,
+        movie=args.movie,
+        picture=args.picture,
+        metadata={
+            "scene": plan.name,
+            "controller": method,
+            "precision": args.precision,
+            "time_step": args.time_step,
+            **{f"set_{key}": value for key, value in plan.settings.items()},
+        },
+    )
+
+
+def _simulation(args: argparse.Namespace, plan: ScenePlan, method: str) -> Simulation:
+    from warp_softbody.options import SimulationOptions
+    from warp_softbody.simulation import Simulation
+
+    return Simulation(
+        plan.scene,
+        None if method == "none" else plan.controller,
+        options=SimulationOptions(
+            time_step=args.time_step, precision=args.precision, device=args.device
+        ),
+        fps=args.fps,
+        method="static" if method == "static" else "qpcc",
+        name=plan.name,
+    )
+
+
+def _record(
+    simulation: Simulation,
+    seconds: float,
+    recorder: Recorder,
+    interruption: Interruption,
+    progress: ProgressBar,
+) -> NotFiniteError | None:
+    """Run the simulation into the files; whatever stops it, they keep the frames so far."""
+    failure = None
+    begun = time.perf_counter()
+    with recorder:
+        try:
+            for frame in simulation.run(seconds):
+                begun = time.perf_counter()
+                recorder.write(frame)
+                simulation.count_export(time.perf_counter() - begun)
+                progress.reached(frame.time)
+                interruption.patient = frame.index > 0
+                if interruption.asked:
+                    break
+        except KeyboardInterrupt:
+            interruption.asked = True
+        except NotFiniteError as error:
+            failure = error
+        begun = time.perf_counter()
+        progress.closing()
+    simulation.count_export(time.perf_counter() - begun)
+    if interruption.asked:
+        simulation.interrupt()
+    return failure
+
+
+def _report(
+    args: argparse.Namespace,
+    simulation: Simulation,
+    plan: ScenePlan,
+    method: str,
+    recorder: Recorder,
+) -> None:
+    from warp_softbody.cli.report import as_json, as_text
+
+    def path(target: Path | None) -> str | None:
+        return str(target) if target is not None and recorder.has_frames else None
+
+    summary = simulation.summary(stage=path(args.out))
+    more: dict[str, Any] = {
+        "picture": path(args.picture),
+        "movie": path(args.movie),
+        "controller": method,
+        "precision": args.precision,
+        "device": args.device,
+        "fps": args.fps,
+        "settings": dict(plan.settings),
+    }
+    if args.json:
+        print(as_json(summary, more))
+    elif not args.quiet:
+        print(as_text(summary, more, asked_time_step=args.time_step))

@@ -1,0 +1,38 @@
+"""Scenes that ship with the package, each with its controller and its gains; one file a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warp_softbody.errors import InputError
+from warp_softbody.scenes import balance_i, topple_i
+from warp_softbody.scenes.plan import ScenePlan, SceneRecipe, Setting, suggestion
+
+__all__ = ["ScenePlan", "SceneRecipe", "Setting", "make", "names", "recipe"]
+
+_RECIPES = {scene.name: scene for scene in (balance_i.RECIPE, topple_i.RECIPE)}
+
+
+def names() -> tuple[str, ...]:
+    """Names of all scenes."""
+    return tuple(_RECIPES)
+
+
+def recipe(name: str) -> SceneRecipe:
+    """The recipe of a scene; one sentence with close matches when there is none of that name."""
+    if name not in _RECIPES:
+        raise InputError(f"there is no scene {name!r}; {suggestion(name, list(_RECIPES))}")
+    return _RECIPES[name]
+
+
+def make(name: str, settings: Mapping[str, str | float] | None = None) -> ScenePlan:
+    """A scene with its controller, ready to be run.
+
+    Args:
+        name: one of `names()`.
+        settings: numbers, or texts that hold numbers, by name; see `recipe(name).settings`.
+
+    Raises:
+        InputError: one sentence that names the scene or the setting at fault and what is known.
+    """
+    return recipe(name).make(settings or {})
