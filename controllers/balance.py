@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -20,21 +21,26 @@ class BalanceGains:
         position: Kp, 1/s^2, pull of the centre of mass towards its place above the base.
         velocity: Kd, 1/s, decay of linear momentum.
         spin: 1/s, decay of angular momentum.
+        crouch: metres that the centre of mass is lowered per metre of the capture point's offset.
         momentum_weight: of the linear momentum, in units of m g dt.
         spin_weight: of the angular momentum, in units of m g dt times 1 m.
-        base_weight: of the base's relative area, s^2; 0 leaves the term out.
-        base_rate: 1/s, wanted relative growth of the base while the body is disturbed.
+        base_weight: of the base's relative growth, s^2; 0 leaves the term out.
+        base_rate: 1/(m s), wanted relative growth of the base per metre of the capture point's
+            offset.
         activation: cost of effort and change.
     """
 
-    position: float = 15.0
-    velocity: float = 8.0
-    spin: float = 6.0
+    position: float = 45.0
+    velocity: float = 7.0
+    spin: float = 8.0
+    crouch: float = 1.1
     momentum_weight: float = 1.0
-    spin_weight: float = 40.0
-    base_weight: float = 0.0
-    base_rate: float = 0.0
-    activation: ActivationCost = field(default_factory=ActivationCost)
+    spin_weight: float = 38.0
+    base_weight: float = 0.018
+    base_rate: float = 4.0
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.015, change=0.35)
+    )
 
 
 class Balance:
@@ -57,11 +63,11 @@ class Balance:
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         g = self._gains
-        nodes = view.scene.character.region(self._base)
-        target = view.positions[nodes].mean(axis=0)
+        target = view.positions[view.scene.character.region(self._base)].mean(axis=0)
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])
-        target[2] += self._height
+        offset = self._capture_offset(view, target)
+        target[2] += self._height - min(g.crouch * offset, 0.3 * self._height)
         pull = view.mass * g.position * (target - view.center_of_mass)
         rate = pull - g.velocity * view.linear_momentum
         wanted = [
@@ -69,18 +75,24 @@ class Balance:
             objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
         ]
         if g.base_weight > 0.0:
-            wanted.append(self._widen(view))
+            wanted.append(self._widen(view, g.base_rate * offset))
         return Goals(
             objectives=tuple(wanted),
             patches=ground_patches(view, self._patches),
             activation=g.activation,
         )
 
-    def _widen(self, view: BodyView) -> objectives.Objective:
+    def _capture_offset(self, view: BodyView, base: np.ndarray[tuple[int, ...], Any]) -> float:
+        """Horizontal distance (m) of the capture point c + v sqrt(h / g) from the base's middle."""
+        gravity = float(np.linalg.norm(view.scene.gravity))
+        height = max(float((view.center_of_mass - base)[2]), 1e-3)
+        speed = view.linear_momentum / view.mass
+        ahead = view.center_of_mass - base + speed * np.sqrt(height / max(gravity, 1e-6))
+        return float(np.hypot(ahead[0], ahead[1]))
+
+    def _widen(self, view: BodyView, growth: float) -> objectives.Objective:
         if self._triangles is None:
             surface = view.scene.character.mesh.surface
             inside = np.isin(surface, view.scene.character.region(self._base)).all(axis=1)
             self._triangles = surface[inside]
-        return objectives.base_area(
-            view, self._triangles, self._gains.base_rate, self._gains.base_weight
-        )
+        return objectives.base_area(view, self._triangles, growth, self._gains.base_weight)

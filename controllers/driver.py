@@ -21,7 +21,7 @@ Method = Literal["qpcc", "static"]
 SHORTEST = 0.5
 """Smallest activation l_d / l_0 (METHOD section 2)."""
 
-STEP_OPTIONS = SolverOptions(max_qps=16, kicks=0, tolerance=1e-6)
+STEP_OPTIONS = SolverOptions(max_qps=16, kicks=2)
 """What one step in real time may spend."""
 
 

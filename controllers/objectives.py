@@ -97,12 +97,12 @@ def angular_momentum(
 
 
 def base_area(
-    view: BodyView, triangles: npt.NDArray[np.integer], rate: float, weight: float
+    view: BodyView, triangles: npt.NDArray[np.integer], growth: float, weight: float
 ) -> Objective:
-    """``|dA - dA*|^2`` (eq. 15-16): rate of the base's area projected on the ground, m^2/s.
+    """``|dA - dA*|^2`` (eq. 15-16): growth of the base's area projected on the ground.
 
     Positions are taken at n and velocities at n + 1, so the row is the gradient of the projected
-    area.
+    area of the base triangles (f, 3), over that area; ``growth`` is the wanted relative rate, 1/s.
     """
     ground = view.scene.ground
     normal = np.asarray(ground.normal if ground is not None else (0.0, 0.0, 1.0))
@@ -113,10 +113,9 @@ def base_area(
     for corner in range(3):
         ahead = corners[:, (corner + 1) % 3] - corners[:, (corner + 2) % 3]
         np.add.at(gradient, triangles[:, corner], 0.5 * side * np.cross(ahead, normal))
-    unit = 1.0 / float(0.5 * np.abs(doubled).sum())
-    rows = (gradient * unit).reshape(1, -1)
+    rows = (gradient / (0.5 * np.abs(doubled).sum())).reshape(1, -1)
     return Objective(
-        name="base area", rows=rows, target=np.array([rate * unit]), weight=np.array([weight])
+        name="base area", rows=rows, target=np.array([growth]), weight=np.array([weight])
     )
 
 

@@ -107,7 +107,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         old_product: wp.array(dtype=block),
         counters: wp.array(dtype=int),
     ):
-        go_on = 0
+        go_on = int(0)
         for b in range(targets.shape[0]):
             square = total_of(partial, b)
             target = targets[b]
@@ -235,7 +235,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         old_product: wp.array(dtype=block),
         counters: wp.array(dtype=int),
     ):
-        go_on = 0
+        go_on = int(0)
         for b in range(targets.shape[0]):
             old_product[b] = total_of(product_partial, b)
             square = total_of(partial, b)

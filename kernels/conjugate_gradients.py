@@ -252,7 +252,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         scalars[LAST_SQUARE] = square
         counters[ITERATIONS] = counters[ITERATIONS] + 1
         counters[TOTAL_ITERATIONS] = counters[TOTAL_ITERATIONS] + 1
-        go_on = 0
+        go_on = int(0)
         if square > scalars[STOP_SQUARE]:
             if counters[ITERATIONS] < max_iterations:
                 go_on = 1

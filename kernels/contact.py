@@ -248,8 +248,8 @@ def make_contact(precision: str) -> SimpleNamespace:
         # out
         counters: wp.array(dtype=int),
     ):
-        total = 0
-        touching = 0
+        total = int(0)
+        touching = int(0)
         for c in range(changed.shape[0]):
             total += changed[c]
             if modes[c] != lift:

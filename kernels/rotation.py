@@ -40,13 +40,14 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
         # with |F| = 1 the root lies in [1 / sqrt(3), sqrt(3)]; Newton from above is monotone
         root = scalar(1.7320508075688772)
         constant = scalar(1.0) - scalar(4.0) * cofactor_square
-        iteration = 0
+        iteration = int(0)
         while iteration < 16:
             square = root * root
             value = (square - scalar(2.0)) * square - scalar(8.0) * determinant * root + constant
             slope = scalar(4.0) * root * (square - scalar(1.0)) - scalar(8.0) * determinant
             iteration += 1
-            if slope < stop:
+            if slope < scalar(4.0) * unsafe:
+                # slope / 4 is R's denominator and shrinks with the root: no need of the root
                 iteration = 16
             else:
                 step = value / slope
@@ -57,7 +58,7 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
 
     @func
     def rotation_by_svd(F: mat33):
-        U, _, V = wp.svd3(F)
+        U, _sigma, V = wp.svd3(F)
         if wp.determinant(U) * wp.determinant(V) < scalar(0.0):
             U[0, 2] = -U[0, 2]
             U[1, 2] = -U[1, 2]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,7 @@ from warp_softbody.stepper import Stepper, StepStatistics
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 
-EXACT = {"precision": "float64", "tolerance": 1e-13, "bridge_tolerance": 1e-13}
+EXACT: dict[str, Any] = {"precision": "float64", "tolerance": 1e-13, "bridge_tolerance": 1e-13}
 """Options with which every linear solve is as good as a direct one."""
 
 
@@ -39,7 +39,7 @@ def box(
     origin: Vector = (0.0, 0.0, 0.0),
     jitter: float = 0.0,
 ) -> TetMesh:
-    """A grid of cells of six Kuhn tets; ``jitter`` moves inner nodes by up to that share of a cell."""
+    """A grid of cells of six Kuhn tets; inner nodes move by up to ``jitter`` of a cell."""
     ticks = [np.linspace(0.0, s, c + 1) for s, c in zip(size, cells, strict=True)]
     points = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
     shape = tuple(c + 1 for c in cells)
@@ -128,18 +128,18 @@ class Rig:
     @property
     def momentum(self) -> FloatArray:
         """(3,) kg m/s."""
-        return cast(FloatArray, self.masses @ self.velocities)
+        return np.asarray(self.masses @ self.velocities)
 
     @property
     def angular_momentum(self) -> FloatArray:
         """About the centre of mass, (3,) kg m^2/s."""
         arms = self.positions - self.center
-        return cast(FloatArray, self.masses @ np.cross(arms, self.velocities))
+        return np.asarray(self.masses @ np.cross(arms, self.velocities))
 
     @property
     def center(self) -> FloatArray:
         """Centre of mass, (3,) m."""
-        return cast(FloatArray, self.masses @ self.positions / self.masses.sum())
+        return np.asarray(self.masses @ self.positions / self.masses.sum())
 
     def place(self, positions: FloatArray | None = None, velocities: Any = None) -> None:
         """Overwrite positions (n, 3) or velocities (n, 3) or (3,)."""
@@ -164,9 +164,7 @@ class Rig:
     def step(self, count: int = 1) -> StepStatistics:
         """Advance by some steps; the statistics of the last one."""
         for _ in range(count):
-            self.statistics = self.stepper.step(
-                self.state, self.control, self.contacts, self.after
-            )
+            self.statistics = self.stepper.step(self.state, self.control, self.contacts, self.after)
             self.state, self.after = self.after, self.state
         assert self.statistics is not None
         return self.statistics
@@ -174,7 +172,7 @@ class Rig:
 
 def numbers(array: Any) -> FloatArray:
     """A device array as float64."""
-    return cast(FloatArray, array.numpy().astype(np.float64))
+    return np.asarray(array.numpy(), dtype=np.float64)
 
 
 def rig(
@@ -189,9 +187,7 @@ def rig(
     """A rig of a mesh or a character, in free space without gravity unless told otherwise."""
     if isinstance(body, TetMesh):
         indices = np.asarray(fixed, dtype=np.int32)
-        body = Character(
-            name="body", mesh=body, material=material or Material(), fixed=indices
-        )
+        body = Character(name="body", mesh=body, material=material or Material(), fixed=indices)
     scene = Scene(character=body, ground=ground, gravity=gravity)
     model = build_model(scene, SimulationOptions(**options))
     return Rig(
@@ -206,17 +202,15 @@ def rig(
 
 def turned(points: FloatArray, axis: Sequence[float], angle: float) -> FloatArray:
     """Points turned about an axis through the origin by an angle in radians."""
-    return points @ turn(axis, angle).T
+    return np.asarray(points @ turn(axis, angle).T)
 
 
 def turn(axis: Sequence[float], angle: float) -> FloatArray:
     """Rotation matrix (Rodrigues)."""
     x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return cast(
-        FloatArray,
-        np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross),
-    )
+    rotation = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    return np.asarray(rotation)
 
 
 def crumpled(mesh: TetMesh, amount: float = 0.15, seed: int = 3) -> FloatArray:

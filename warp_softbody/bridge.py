@@ -164,7 +164,7 @@ class Bridge:
     def _from_blocks(blocks: npt.NDArray[np.floating], count: int) -> FloatArray:
         """(blocks, k, 16) to (count, k)."""
         flat = blocks.transpose(0, 2, 1).reshape(-1, blocks.shape[1])
-        return flat[:count].astype(np.float64)
+        return np.asarray(flat[:count], dtype=np.float64)
 
     def _run(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._stepper.model.options.device

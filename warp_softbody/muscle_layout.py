@@ -101,9 +101,8 @@ def build_muscle_layout(character: Character) -> MuscleLayout:
     names = [fiber.name for fiber in fibers for _ in fiber.vertices]
     point_nodes, point_weights = embed(mesh, points, names)
     offsets = np.cumsum([0, *(len(v) for v in vertices)])
-    first = np.concatenate(
-        [np.arange(o, o + f.segment_count) for o, f in zip(offsets, fibers, strict=False)] or [[]]
-    ).astype(np.int32)
+    runs = [np.arange(o, o + f.segment_count) for o, f in zip(offsets, fibers, strict=False)]
+    first = np.concatenate([np.zeros(0), *runs]).astype(np.int32)
     segments = np.stack([first, first + 1], axis=1)
     span = points[segments[:, 1]] - points[segments[:, 0]]
     rest = np.linalg.norm(span, axis=1)

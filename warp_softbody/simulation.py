@@ -70,6 +70,7 @@ class Simulation:
         self._steps = 0
         self._frames = 0
         self._wall = 0.0
+        self._exporting = 0.0
         self._log = StepLog()
         self._status = "complete"
         self._setup = time.perf_counter() - begun
@@ -142,6 +143,7 @@ class Simulation:
             frames=self._frames,
             simulated_seconds=self.time,
             wall_seconds=self._wall,
+            export_seconds=self._exporting,
             setup_seconds=self._setup,
             time_step=model.options.time_step,
             step_ms=log.spread_ms(),
@@ -160,6 +162,7 @@ class Simulation:
     def count_export(self, seconds: float) -> None:
         """Add the wall time that the receiver of the last frame took, shared by its steps."""
         self._wall += seconds
+        self._exporting += seconds
         recorded = len(self._log.seconds["solve"])
         missing = recorded - len(self._log.seconds["export"])
         self._log.seconds["export"] += [seconds / max(1, missing)] * missing

@@ -49,6 +49,7 @@ class RunSummary:
         frames: written or handed out.
         simulated_seconds: s.
         wall_seconds: s, from the first step to the end.
+        export_seconds: s, of the wall time, writing and drawing.
         setup_seconds: s, building the model and compiling or loading kernels.
         time_step: s, as used.
         step_ms: spread by part, and "all"; "assembly" is rotations, forces and matrix, "solve" the
@@ -66,6 +67,7 @@ class RunSummary:
     frames: int
     simulated_seconds: float
     wall_seconds: float
+    export_seconds: float
     setup_seconds: float
     time_step: float
     step_ms: dict[str, Spread]
@@ -85,9 +87,52 @@ class RunSummary:
         """Simulated seconds per wall second; 1 and above is real time."""
         return self.simulated_seconds / self.wall_seconds if self.wall_seconds > 0.0 else 0.0
 
+    def lines(self) -> list[tuple[str, str]]:
+        """What a reader wants to know first, as pairs of a short name and a text."""
+        whole, part = self.step_ms["all"], self.step_ms
+        files = f", {self.export_seconds:.1f} s of it for files" if self.export_seconds else ""
+        return [
+            (
+                "real time",
+                f"{self.real_time_factor:.2f} simulated s per wall s: {self.wall_seconds:.1f} s"
+                f"{files}, after {self.setup_seconds:.1f} s of setup",
+            ),
+            (
+                "step",
+                f"{whole.median:.2f} ms median, {whole.p95:.2f} ms p95, "
+                f"for {1e3 * self.time_step:.4g} ms of motion",
+            ),
+            ("parts", ", ".join(f"{p} {part[p].median:.2f}" for p in PARTS) + " ms (medians)"),
+            (
+                "body",
+                f"{self.tets} tets, {self.nodes} nodes, {self.segments} muscle segments, "
+                f"{self.patches} patches",
+            ),
+            (
+                "solves",
+                f"{self.qps_per_step.mean:.1f} QPs and {self.cg_iterations.mean:.1f} "
+                "conjugate gradient iterations a step (means)",
+            ),
+        ]
+
+    def __str__(self) -> str:
+        """A few aligned lines."""
+        return text_table(self.headline, self.lines())
+
+    @property
+    def headline(self) -> str:
+        """What was run, how far, and how it ended."""
+        frames = f"{self.frames} frames" if self.frames != 1 else "1 frame"
+        return f"{self.scene}: {self.simulated_seconds:.4g} s in {frames}, {self.status}"
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values, ready for JSON."""
         return {**asdict(self), "real_time_factor": self.real_time_factor}
+
+
+def text_table(headline: str, lines: list[tuple[str, str]]) -> str:
+    """A headline and, below it, names and texts in two columns."""
+    return "\n".join([headline, *(f"  {name:<12}{text}" for name, text in lines)])
 
 
 @dataclass
@@ -103,9 +148,10 @@ class StepLog:
 
     def spread_ms(self) -> dict[str, Spread]:
         """Spread of each part and of their sum, ms per step."""
-        series = {part: values for part, values in self.seconds.items() if values}
-        total = np.sum([values for values in series.values()], axis=0) if series else np.zeros(0)
+        # a run that is broken off within a frame has steps whose export was not counted
+        series = [values for values in self.seconds.values() if values]
+        total = [sum(parts) for parts in zip(*series, strict=False)]
         spread = {
             part: Spread.of([1e3 * s for s in values]) for part, values in self.seconds.items()
         }
-        return {"all": Spread.of([1e3 * float(s) for s in total]), **spread}
+        return {"all": Spread.of([1e3 * s for s in total]), **spread}

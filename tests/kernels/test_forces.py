@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.bodies import EXACT, Rig, box, crumpled, epsilon, muscular_bar, rig, turned
+from tests.bodies import Rig, box, crumpled, epsilon, muscular_bar, numbers, rig, turned
 from tests.verification import reference
 from warp_softbody.character import Character
 from warp_softbody.kernels.muscles import make_muscles
@@ -23,7 +23,7 @@ def forces_at(body: Rig, positions: FloatArray) -> FloatArray:
     """The engine's elastic forces (n, 3): at rest and weightless the known momentum is dt f_e."""
     body.place(positions, (0.0, 0.0, 0.0))
     body.stepper.assemble(body.state)
-    return body.stepper.momentum.numpy().astype(np.float64) / body.model.options.time_step
+    return numbers(body.stepper.momentum) / body.model.options.time_step
 
 
 def mixed_up(mesh: TetMesh) -> FloatArray:
@@ -37,7 +37,7 @@ def mixed_up(mesh: TetMesh) -> FloatArray:
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.7, np.pi, -2.6])
 def test_rigid_motion_makes_no_force(angle: float, precision: Precision) -> None:
-    """Positions are rounded to eps |x|, so strains are eps |x| / h, and forces that times E area."""
+    """Positions are rounded to eps |x|, so strains are eps |x| / h, forces that times E area."""
     mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
     points = turned(mesh.points, (0.3, -1.0, 0.5), angle) + np.array([0.4, 1.0, -0.7])
     found = forces_at(rig(mesh, material=SOFT, precision=precision, time_step=1.0), points)
@@ -203,6 +203,7 @@ def test_muscle_weights_are_a_partition_of_unity() -> None:
     kept = found > 0.0
     assert (expected[~kept] < 1e-3 * (1.0 + 1e-6)).all()
     np.testing.assert_allclose(
-        found, np.where(kept, expected, 0.0) / np.where(kept, expected, 0.0).sum(1, keepdims=True),
+        found,
+        np.where(kept, expected, 0.0) / np.where(kept, expected, 0.0).sum(1, keepdims=True),
         rtol=1e-5,
     )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 import numpy as np
 import numpy.typing as npt
 
@@ -19,23 +17,20 @@ def polar_rotations(F: FloatArray) -> FloatArray:
     """Closest proper rotations (m, 3, 3), by singular values with the sign on the smallest."""
     U, _, Vt = np.linalg.svd(F)
     U[:, :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[:, None]
-    return cast(FloatArray, U @ Vt)
+    return np.asarray(U @ Vt)
 
 
 def rest_gradients(mesh: TetMesh) -> FloatArray:
     """Gradients (m, 4, 3) of the shape functions, from the linear system N_a(X_b) = delta_ab."""
     corners = mesh.points[mesh.tets]
     ones = np.ones((*corners.shape[:2], 1))
-    return cast(
-        FloatArray, np.linalg.inv(np.concatenate([ones, corners], axis=2))[:, 1:].transpose(0, 2, 1)
-    )
+    system = np.concatenate([ones, corners], axis=2)
+    return np.asarray(np.linalg.inv(system)[:, 1:].transpose(0, 2, 1))
 
 
 def deformation_gradients(mesh: TetMesh, positions: FloatArray) -> FloatArray:
     """F = sum_a x_a g_a^T, (m, 3, 3)."""
-    return cast(
-        FloatArray, np.einsum("mai,maj->mij", positions[mesh.tets], rest_gradients(mesh))
-    )
+    return np.asarray(np.einsum("mai,maj->mij", positions[mesh.tets], rest_gradients(mesh)))
 
 
 def elastic_energy(mesh: TetMesh, material: Material, positions: FloatArray) -> float:
@@ -73,7 +68,14 @@ def warped_stiffness(mesh: TetMesh, material: Material, positions: FloatArray) -
         B = np.zeros((6, 12))
         for a in range(4):
             x, y, z = g[a]
-            B[:, 3 * a : 3 * a + 3] = [[x, 0, 0], [0, y, 0], [0, 0, z], [y, x, 0], [0, z, y], [z, 0, x]]
+            B[:, 3 * a : 3 * a + 3] = [
+                [x, 0, 0],
+                [0, y, 0],
+                [0, 0, z],
+                [y, x, 0],
+                [0, z, y],
+                [z, 0, x],
+            ]
         warp = np.kron(np.eye(4), rotation)
         dofs = (3 * tet[:, None] + np.arange(3)).ravel()
         K[np.ix_(dofs, dofs)] += volume * warp @ B.T @ D @ B @ warp.T
@@ -126,13 +128,13 @@ def segment_weights(character: Character) -> FloatArray:
                 distance = np.linalg.norm(centres[:, None] - samples, axis=2).min(axis=1)
                 kernel.append(np.exp(-((distance / group.kernel_width) ** 2)))
         columns.append(np.array(kernel) / np.sum(kernel, axis=0))
-    return np.concatenate(columns).T
+    return np.asarray(np.concatenate(columns).T)
 
 
 def muscle_forces(
     character: Character, positions: FloatArray, tensions: FloatArray, weights: FloatArray
 ) -> FloatArray:
-    """Forces (n, 3) of stress tensions (s,) Pa: each face pulled inwards by sigma times its area normal."""
+    """Forces (n, 3) of tensions (s,) Pa: each face pulled inwards, sigma times its area normal."""
     mesh = character.mesh
     R = polar_rotations(deformation_gradients(mesh, positions))
     spans = np.concatenate([np.diff(fiber.vertices, axis=0) for fiber in character.fibers])

@@ -18,7 +18,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise what argparse would print below the usage."""
-        raise InputError(message)
+        raise InputError(message.removeprefix("argument "))
 
 
 def number(low: float, high: float, unit: str = "") -> Callable[[str], float]:

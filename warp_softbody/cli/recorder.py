@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,6 +20,9 @@ class Recorder:
 
     Everything about the files is checked on construction and none of them is created before the
     first frame. At the end, also after an error, they hold the frames so far.
+
+    Attributes:
+        last_seconds: wall time of the last frame or of the closing, s.
     """
 
     def __init__(
@@ -32,6 +36,7 @@ class Recorder:
         metadata: dict[str, str | float] | None = None,
     ) -> None:
         """Check paths, extensions and the packages that drawing needs."""
+        self.last_seconds = 0.0
         self._scene = scene
         self._files = ExitStack()
         self._last: Frame | None = None
@@ -52,9 +57,11 @@ class Recorder:
 
     def write(self, frame: Frame) -> None:
         """Add a frame to the stage and to the movie."""
+        begun = time.perf_counter()
         for writer in self._writers:
             writer.write(frame)
         self._last = frame
+        self._count(begun)
 
     def __enter__(self) -> Recorder:
         """Write inside the body."""
@@ -69,9 +76,14 @@ class Recorder:
         trace: TracebackType | None,
     ) -> None:
         """Finish the files; the picture is drawn unless one of them failed."""
+        begun = time.perf_counter()
         self._files.__exit__(kind, error, trace)
         if kind is None and self._picture is not None and self._last is not None:
             draw_picture(self._picture, self._scene, self._last)
+        self._count(begun)
+
+    def _count(self, begun: float) -> None:
+        self.last_seconds = time.perf_counter() - begun
 
 
 def _require_drawing(movie: Path | None, picture: Path | None) -> None:

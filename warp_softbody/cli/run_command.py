@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -160,13 +159,11 @@ def _record(
 ) -> NotFiniteError | None:
     """Run the simulation into the files; whatever stops it, they keep the frames so far."""
     failure = None
-    begun = time.perf_counter()
     with recorder:
         try:
             for frame in simulation.run(seconds):
-                begun = time.perf_counter()
                 recorder.write(frame)
-                simulation.count_export(time.perf_counter() - begun)
+                simulation.count_export(recorder.last_seconds)
                 progress.reached(frame.time)
                 interruption.patient = frame.index > 0
                 if interruption.asked:
@@ -175,9 +172,8 @@ def _record(
             interruption.asked = True
         except NotFiniteError as error:
             failure = error
-        begun = time.perf_counter()
         progress.closing()
-    simulation.count_export(time.perf_counter() - begun)
+    simulation.count_export(recorder.last_seconds)
     if interruption.asked:
         simulation.interrupt()
     return failure

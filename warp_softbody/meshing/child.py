@@ -62,10 +62,13 @@ def run_mesher(
 def _run_child(folder: Path, mesher: str, source: str, timeout: float) -> int:
     """Run the worker and return its exit status; whatever happens here, it is gone afterwards."""
     command = [sys.executable, str(WORKER), str(folder)]
-    # The child finds what this process finds, wherever it was started.
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    # The child finds what this process finds, though it runs in a folder of its own, because
+    # fTetWild leaves a file in its working folder.
+    paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
+    environment = {**os.environ, "PYTHONPATH": paths}
     process = subprocess.Popen(
         command,
+        cwd=folder,
         env=environment,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,

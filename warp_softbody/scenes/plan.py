@@ -122,6 +122,6 @@ class SceneRecipe:
 
 def suggestion(name: str, known: list[str]) -> str:
     """What may have been meant, and all that there is."""
-    close = get_close_matches(name, known, n=3, cutoff=0.5)
+    close = get_close_matches(name, known, n=3, cutoff=0.6)
     meant = f"did you mean {' or '.join(map(repr, close))}? " if close else ""
     return f"{meant}known: {', '.join(known) or 'none'}"

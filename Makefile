@@ -1,0 +1,48 @@
+# Needs only Python (with venv), make and a package index.
+#   make demo       installs into .venv and runs the main job: a letter that keeps its balance
+#   make test       lints, type-checks and runs every test but the long ones
+#   make test-long  the long ones
+#   make clean      removes what the others made
+# Another interpreter: make PYTHON=python3.12 demo
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT := out
+
+# Small dense matrices are solved faster, and runs repeat bit for bit, on one BLAS thread.
+export OPENBLAS_NUM_THREADS := 1
+
+.PHONY: demo test test-long clean
+
+demo: $(VENV)/.demo
+	mkdir -p $(OUT)
+	$(BIN)/warp-softbody run balance-i --seconds 6 \
+		--out $(OUT)/balance-i.usdc --picture $(OUT)/balance-i.png
+	@echo
+	@echo "The stage   $(CURDIR)/$(OUT)/balance-i.usdc"
+	@echo "The picture $(CURDIR)/$(OUT)/balance-i.png"
+
+test: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest -q -m "not long"
+
+test-long: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -m long
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+# An editable install only has to be made again when the dependencies change.
+$(VENV)/.demo: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[view]"
+	touch $@
+
+$(VENV)/.dev: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) $(OUT) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

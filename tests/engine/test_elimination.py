@@ -1,0 +1,147 @@
+"""The factor and the solvers, against dense NumPy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.bodies import EXACT, Rig, box, crumpled, epsilon, rig, turn
+from tests.verification import reference
+from warp_softbody import elimination
+from warp_softbody.material import Material
+from warp_softbody.mesh import TetMesh
+from warp_softbody.options import Precision
+
+FloatArray = npt.NDArray[np.float64]
+STIFF = Material(young_modulus=1e6, poisson_ratio=0.4, stiffness_damping=0.02)
+FIXED = (0, 3, 7, 20)
+
+
+def assembled(mesh: TetMesh, fixed: Any = (), **options: Any) -> tuple[Rig, FloatArray]:
+    """A rig with a fresh factor of a crumpled body, and its matrix with fixed nodes cut out."""
+    body = rig(mesh, material=STIFF, fixed=fixed, time_step=0.01, **options)
+    body.place(crumpled(mesh))
+    body.stepper.assemble(body.state)
+    return body, cut(reference.step_matrix(body.model, body.positions), fixed)
+
+
+def cut(matrix: FloatArray, fixed: Any) -> FloatArray:
+    """Rows and columns of fixed nodes replaced by the identity."""
+    held = (3 * np.asarray(fixed, dtype=int)[:, None] + np.arange(3)).ravel()
+    matrix[held] = 0.0
+    matrix[:, held] = 0.0
+    matrix[held, held] = 1.0
+    return matrix
+
+
+def preconditioned(body: Rig, vectors: FloatArray) -> FloatArray:
+    """P applied to the columns of (3n, k)."""
+    types, n = body.model.types, body.model.node_count
+    result = body.model.zeros(n, types.vec3)
+    columns = []
+    for column in vectors.T:
+        body.stepper.preconditioner.apply(
+            body.model.array(column.reshape(n, 3), types.vec3), result
+        )
+        columns.append(result.numpy().astype(np.float64).ravel())
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("fixed", [(), FIXED])
+def test_factor_solves_the_matrix_it_was_made_of(fixed: Any, precision: Precision) -> None:
+    """|P A - I| is bounded by the condition number times eps."""
+    body, matrix = assembled(box((2, 2, 3), jitter=0.2), fixed, precision=precision)
+    inverse = preconditioned(body, np.eye(len(matrix)))
+    bound = 8 * np.linalg.cond(matrix) * epsilon(precision)
+    assert bound < 0.1
+    np.testing.assert_allclose(inverse @ matrix, np.eye(len(matrix)), atol=bound)
+
+
+def test_factor_multiplies_out_to_the_matrix() -> None:
+    """L D L^T in elimination order, fixed nodes as identity."""
+    body, matrix = assembled(box((2, 2, 3), jitter=0.2), FIXED, precision="float64")
+    e, n = body.model.elimination, body.model.node_count
+    factor = body.stepper.preconditioner
+    lower = np.zeros((n, 3, n, 3))
+    rows = np.repeat(np.arange(n), np.diff(e.row_start))
+    lower[rows, :, e.column, :] = factor._lower.numpy()
+    lower[np.arange(n), :, np.arange(n), :] = np.eye(3)
+    pivots = np.zeros((n, 3, n, 3))
+    pivots[np.arange(n), :, np.arange(n), :] = np.linalg.inv(factor._pivot_inverse.numpy())
+    L, D = lower.reshape(3 * n, 3 * n), pivots.reshape(3 * n, 3 * n)
+    dofs = (3 * e.order[:, None] + np.arange(3)).ravel()
+    expected = matrix[np.ix_(dofs, dofs)]
+    np.testing.assert_allclose(L @ D @ L.T, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_order_is_a_permutation_and_fill_is_sparse() -> None:
+    mesh = box((5, 5, 10), (0.5, 0.5, 1.0))
+    body = rig(mesh)
+    e = body.model.elimination
+    assert sorted(e.order) == list(range(len(mesh.points)))
+    assert (e.column < np.repeat(np.arange(len(e.order)), np.diff(e.row_start))).all()
+    # a band ordering of this grid would fill 396 nodes times a band of 36
+    assert len(e.column) < 396 * 36
+
+
+def test_kept_factor_turns_with_the_body() -> None:
+    """After a rigid turn the old factor, warped, is still exact for the new matrix."""
+    mesh = box((2, 2, 3), jitter=0.2)
+    body, _ = assembled(mesh, precision="float64")
+    body.place(body.positions @ turn((1.0, 0.3, -2.0), 1.9).T)
+    body.stepper.assemble(body.state)
+    matrix = reference.step_matrix(body.model, body.positions)
+    inverse = preconditioned(body, np.eye(len(matrix)))
+    np.testing.assert_allclose(inverse @ matrix, np.eye(len(matrix)), atol=1e-9)
+
+
+@pytest.mark.parametrize("fixed", [(), FIXED])
+@pytest.mark.parametrize("most_updates", [elimination.MOST_UPDATES, 0])
+def test_conjugate_gradients_equal_a_dense_solve(
+    fixed: Any, most_updates: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the whole factor, and with block Jacobi as for a large mesh."""
+    monkeypatch.setattr(elimination, "MOST_UPDATES", most_updates)
+    mesh = box((2, 2, 3), jitter=0.2)
+    body, matrix = assembled(mesh, fixed, **EXACT)
+    rng = np.random.default_rng(1)
+    velocities = rng.standard_normal(mesh.points.shape)
+    velocities[list(fixed)] = 0.0
+    pushes = 100.0 * rng.standard_normal(mesh.points.shape)
+    body.place(velocities=velocities)
+    body.push(pushes)
+    right = body.masses[:, None] * velocities + 0.01 * (
+        pushes + reference.elastic_forces(mesh, STIFF, body.positions)
+    )
+    right[list(fixed)] = 0.0
+    statistics = body.step()
+    assert statistics.converged
+    expected = np.linalg.solve(matrix, right.ravel()).reshape(-1, 3)
+    # |error| <= tolerance times the condition number
+    bound = 1e-13 * np.linalg.cond(matrix) * np.abs(expected).max()
+    np.testing.assert_allclose(body.velocities, expected, atol=10 * bound)
+
+
+def test_block_jacobi_keeps_the_diagonal_blocks_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(elimination, "MOST_UPDATES", 0)
+    body, matrix = assembled(box((2, 2, 3), jitter=0.2), FIXED, precision="float64")
+    assert len(body.model.elimination.column) == 0
+    inverse = preconditioned(body, np.eye(len(matrix)))
+    n = len(matrix) // 3
+    expected = np.zeros((n, 3, n, 3))
+    diagonal = matrix.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n), :]
+    expected[np.arange(n), :, np.arange(n), :] = np.linalg.inv(diagonal)
+    found = inverse.reshape(n, 3, n, 3)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_unconverged_solve_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(elimination, "MOST_UPDATES", 0)
+    mesh = box((2, 2, 3), jitter=0.2)
+    body = rig(mesh, material=STIFF, max_iterations=2, **EXACT)
+    body.place(crumpled(mesh))
+    assert not body.step().converged
