@@ -24,6 +24,13 @@ SHORTEST = 0.5
 STEP_OPTIONS = SolverOptions(max_qps=16, kicks=2)
 """What one step in real time may spend."""
 
+CALM_OPTIONS = SolverOptions(max_qps=16, kicks=0)
+"""What a step may spend while the last one left nothing worth looking for."""
+
+CALM = 0.01
+"""Objective below which a step counts as calm; in the units of the shipped controllers, momentum
+rows over m g dt, it stands for a missing force of a tenth of the weight."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Decision:
@@ -98,6 +105,7 @@ class Driver:
         self._bridge = bridge
         self._method = method
         self._modes: tuple[int, ...] | None = None
+        self._calm = False
 
     def decide(self, view: BodyView) -> Decision | None:
         """Rest lengths of the step from ``view`` on; None leaves the muscles slack."""
@@ -113,6 +121,7 @@ class Driver:
         result = self._solve(qpcc, activations)
         usable = result.status is not QPCCStatus.INFEASIBLE
         self._modes = result.modes if usable else None
+        self._calm = usable and result.objective < CALM
         chosen = result.controls if usable else activations
         return Decision(
             rest_lengths=chosen * problem.rest_lengths,
@@ -126,4 +135,5 @@ class Driver:
         start = self._modes
         if start is not None and len(start) != qpcc.contact_count:
             start = None
-        return solve_qpcc(qpcc, start=start, fallback_controls=activations, options=STEP_OPTIONS)
+        options = CALM_OPTIONS if self._calm else STEP_OPTIONS
+        return solve_qpcc(qpcc, start=start, fallback_controls=activations, options=options)

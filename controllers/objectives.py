@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.controllers.patches import contact_frame
 from warp_softbody.errors import InputError
 from warp_softbody.view import BodyView
 
@@ -105,15 +106,14 @@ def base_area(
     area of the base triangles (f, 3), over that area; ``growth`` is the wanted relative rate, 1/s.
     """
     ground = view.scene.ground
-    normal = np.asarray(ground.normal if ground is not None else (0.0, 0.0, 1.0))
-    corners = view.positions[triangles]
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ normal
-    side = np.sign(doubled)[:, None]
+    frame = contact_frame(ground.normal if ground is not None else (0.0, 0.0, 1.0))
+    flat = view.positions[triangles] @ frame[1:].T
+    ahead, behind = np.roll(flat, -1, axis=1), np.roll(flat, 1, axis=1)
+    turned = np.stack([ahead[..., 1] - behind[..., 1], behind[..., 0] - ahead[..., 0]], axis=-1)
+    doubled = np.sum(flat * turned, axis=(1, 2)) / 2.0
     gradient = np.zeros((view.node_count, 3))
-    for corner in range(3):
-        ahead = corners[:, (corner + 1) % 3] - corners[:, (corner + 2) % 3]
-        np.add.at(gradient, triangles[:, corner], 0.5 * side * np.cross(ahead, normal))
-    rows = (gradient / (0.5 * np.abs(doubled).sum())).reshape(1, -1)
+    np.add.at(gradient, triangles, (np.sign(doubled)[:, None, None] * turned) @ frame[1:])
+    rows = (gradient / np.abs(doubled).sum()).reshape(1, -1)
     return Objective(
         name="base area", rows=rows, target=np.array([growth]), weight=np.array([weight])
     )

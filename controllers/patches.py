@@ -8,6 +8,7 @@ node stands for it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -37,15 +38,19 @@ class Patch:
 
     def rows(self) -> FloatArray:
         """Velocity of the patch in its own frame, (3, 3n)."""
-        return np.asarray(np.einsum("ak,n->ank", self.frame, self.weights)).reshape(3, -1)
+        return (self.frame[:, None, :] * self.weights[:, None]).reshape(3, -1)
 
 
-def contact_frame(normal: FloatArray) -> FloatArray:
+@cache
+def contact_frame(normal: tuple[float, float, float]) -> FloatArray:
     """Rows normal, tangent 1, tangent 2: right-handed, tangent 1 along x where possible."""
-    axis = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    first = axis - (axis @ normal) * normal
+    n = np.array(normal)
+    axis = np.array([1.0, 0.0, 0.0]) if abs(n[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    first = axis - (axis @ n) * n
     first /= np.linalg.norm(first)
-    return np.stack([normal, first, np.cross(normal, first)])
+    frame = np.stack([n, first, np.cross(n, first)])
+    frame.setflags(write=False)
+    return frame
 
 
 def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...]:
@@ -60,8 +65,8 @@ def _patch(view: BodyView, ground: Plane, region: str) -> Patch:
     nodes = view.scene.character.region(region)
     if not len(nodes):
         raise InputError(f"patch region {region!r} holds no nodes")
-    normal = np.asarray(ground.normal)
-    gaps = view.positions[nodes] @ normal - ground.offset
+    frame = contact_frame(ground.normal)
+    gaps = view.positions[nodes] @ frame[0] - ground.offset
     touching = view.touching[nodes]
     chosen = touching if touching.any() else gaps <= gaps.min() + 1e-9
     weights = np.zeros(view.node_count)
@@ -69,6 +74,6 @@ def _patch(view: BodyView, ground: Plane, region: str) -> Patch:
     return Patch(
         weights=weights,
         gap=float(gaps[chosen].mean()),
-        frame=contact_frame(normal),
+        frame=frame,
         friction=ground.friction,
     )

@@ -63,9 +63,9 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         b, c = wp.tid()
         total = block()
         for i in range(c * chunk, wp.min((c + 1) * chunk, count)):
-            r0 = right[b, 3 * i]
-            r1 = right[b, 3 * i + 1]
-            r2 = right[b, 3 * i + 2]
+            r0 = block()
+            r1 = block()
+            r2 = block()
             if sign != scalar(0.0):
                 for k in range(row_start[i], row_start[i + 1]):
                     A = values[k]
@@ -73,9 +73,13 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
                     x0 = x[b, j]
                     x1 = x[b, j + 1]
                     x2 = x[b, j + 2]
-                    r0 -= A[0, 0] * x0 + A[0, 1] * x1 + A[0, 2] * x2
-                    r1 -= A[1, 0] * x0 + A[1, 1] * x1 + A[1, 2] * x2
-                    r2 -= A[2, 0] * x0 + A[2, 1] * x1 + A[2, 2] * x2
+                    r0 += A[0, 0] * x0 + A[0, 1] * x1 + A[0, 2] * x2
+                    r1 += A[1, 0] * x0 + A[1, 1] * x1 + A[1, 2] * x2
+                    r2 += A[2, 0] * x0 + A[2, 1] * x1 + A[2, 2] * x2
+            r0 = right[b, 3 * i] - r0
+            r1 = right[b, 3 * i + 1] - r1
+            r2 = right[b, 3 * i + 2] - r2
+            if sign != scalar(0.0):
                 if fixed[i] != 0:
                     r0 = block()
                     r1 = block()

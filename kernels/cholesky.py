@@ -49,13 +49,14 @@ def make_cholesky(precision: str) -> SimpleNamespace:
             if diagonal_slot[i] >= 0:
                 pivot = values[diagonal_slot[i]]
             for s in range(row_start[i], row_start[i + 1]):
-                entry = mat33()
-                slot = matrix_slot[s]
-                if slot >= 0:
-                    entry = values[slot]
+                known = mat33()
                 for k in range(update_start[s], update_start[s + 1]):
                     pair = update_pairs[k]
-                    entry -= upper[pair[0]] * wp.transpose(lower[pair[1]])
+                    known += upper[pair[0]] * wp.transpose(lower[pair[1]])
+                entry = -known
+                slot = matrix_slot[s]
+                if slot >= 0:
+                    entry = values[slot] - known
                 upper[s] = entry
                 below = entry * pivot_inverse[column[s]]
                 lower[s] = below
@@ -102,10 +103,10 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     ):
         for i in range(count):
             node = order[i]
-            y = wp.transpose(turns[node]) * residual[node]
+            known = vec3()
             for s in range(row_start[i], row_start[i + 1]):
-                y -= lower[s] * work[column[s]]
-            work[i] = y
+                known += lower[s] * work[column[s]]
+            work[i] = wp.transpose(turns[node]) * residual[node] - known
         for i in range(count):
             work[i] = pivot_inverse[i] * work[i]
         for back in range(count):
@@ -140,21 +141,21 @@ def make_cholesky(precision: str) -> SimpleNamespace:
             r0 = residual[b, 3 * node]
             r1 = residual[b, 3 * node + 1]
             r2 = residual[b, 3 * node + 2]
-            y0 = Q[0, 0] * r0 + Q[1, 0] * r1 + Q[2, 0] * r2
-            y1 = Q[0, 1] * r0 + Q[1, 1] * r1 + Q[2, 1] * r2
-            y2 = Q[0, 2] * r0 + Q[1, 2] * r1 + Q[2, 2] * r2
+            y0 = block()
+            y1 = block()
+            y2 = block()
             for s in range(row_start[i], row_start[i + 1]):
                 L = lower[s]
                 j = 3 * column[s]
                 w0 = work[b, j]
                 w1 = work[b, j + 1]
                 w2 = work[b, j + 2]
-                y0 -= L[0, 0] * w0 + L[0, 1] * w1 + L[0, 2] * w2
-                y1 -= L[1, 0] * w0 + L[1, 1] * w1 + L[1, 2] * w2
-                y2 -= L[2, 0] * w0 + L[2, 1] * w1 + L[2, 2] * w2
-            work[b, 3 * i] = y0
-            work[b, 3 * i + 1] = y1
-            work[b, 3 * i + 2] = y2
+                y0 += L[0, 0] * w0 + L[0, 1] * w1 + L[0, 2] * w2
+                y1 += L[1, 0] * w0 + L[1, 1] * w1 + L[1, 2] * w2
+                y2 += L[2, 0] * w0 + L[2, 1] * w1 + L[2, 2] * w2
+            work[b, 3 * i] = Q[0, 0] * r0 + Q[1, 0] * r1 + Q[2, 0] * r2 - y0
+            work[b, 3 * i + 1] = Q[0, 1] * r0 + Q[1, 1] * r1 + Q[2, 1] * r2 - y1
+            work[b, 3 * i + 2] = Q[0, 2] * r0 + Q[1, 2] * r1 + Q[2, 2] * r2 - y2
         for i in range(count):
             D = pivot_inverse[i]
             y0 = work[b, 3 * i]

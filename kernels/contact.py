@@ -25,7 +25,7 @@ LIFT = 0
 STICK = 1
 SLIDE = 2
 
-NEWTON_PASSES = 6
+NEWTON_PASSES = 4
 """Active-set passes of a step in which nodes may begin to slide and Newton's linearisation is
 used."""
 

@@ -134,10 +134,11 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         # term
         i = wp.tid()
         slot = diagonal_slot[i]
-        block = (mass[i] * step_factors[2]) * wp.identity(n=3, dtype=scalar)
+        others = mat33()
         for k in range(row_start[i], row_start[i + 1]):
             if k != slot:
-                block = block - values[k]
+                others += values[k]
+        block = (mass[i] * step_factors[2]) * wp.identity(n=3, dtype=scalar) - others
         values[slot] = scalar(0.5) * (block + wp.transpose(block))
         force = mass[i] * gravity[0]
         turn = mat33()

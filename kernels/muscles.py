@@ -161,23 +161,15 @@ def make_muscles(precision: str) -> SimpleNamespace:
         # (W^T dt A)_j: change of every right-hand side's response per metre of l_d of segment j
         b, j = wp.tid()
         d = directions[j]
-        xx = block()
-        yy = block()
-        zz = block()
-        xy = block()
-        xz = block()
-        yz = block()
+        total = block()
         for k in range(segment_start[j], segment_start[j + 1]):
             t = 6 * segment_tet[k]
             w = segment_weight[k]
-            xx += w * stretch[b, t]
-            yy += w * stretch[b, t + 1]
-            zz += w * stretch[b, t + 2]
-            xy += w * stretch[b, t + 3]
-            xz += w * stretch[b, t + 4]
-            yz += w * stretch[b, t + 5]
-        total = d[0] * d[0] * xx + d[1] * d[1] * yy + d[2] * d[2] * zz
-        total += d[0] * d[1] * xy + d[0] * d[2] * xz + d[1] * d[2] * yz
+            diagonal = (w * d[0] * d[0]) * stretch[b, t] + (w * d[1] * d[1]) * stretch[b, t + 1]
+            diagonal += (w * d[2] * d[2]) * stretch[b, t + 2]
+            mixed = (w * d[0] * d[1]) * stretch[b, t + 3] + (w * d[0] * d[2]) * stretch[b, t + 4]
+            mixed += (w * d[1] * d[2]) * stretch[b, t + 5]
+            total += diagonal + mixed
         maps[b, j] = (step_factors[0] * stiffness[j]) * total
 
     return SimpleNamespace(

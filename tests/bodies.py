@@ -67,9 +67,15 @@ def straight_fiber(name: str, start: Sequence[float], end: Sequence[float], coun
 
 
 def muscular_bar(
-    material: Material | None = None, origin: Vector = (0.0, 0.0, 0.0), strength: float = 2e5
+    material: Material | None = None,
+    origin: Vector = (0.0, 0.0, 0.0),
+    strength: float = 2e5,
+    helix: bool = False,
 ) -> Character:
-    """An upright bar of 0.2 x 0.2 x 0.6 m, 144 tets, with two fibres of six segments along z."""
+    """An upright bar of 0.2 x 0.2 x 0.6 m, 144 tets, with two fibres of six segments along z.
+
+    With ``helix``, a second, weaker group of one fibre that winds around them in eight segments.
+    """
     mesh = box((2, 2, 6), (0.2, 0.2, 0.6), origin)
     x, y, z = origin
 
@@ -84,6 +90,17 @@ def muscular_bar(
         kernel_width=0.08,
         name="both",
     )
+    groups: tuple[MuscleGroup, ...] = (group,)
+    if helix:
+        angle = np.linspace(0.0, 2.0 * np.pi, 9)
+        wound = np.stack([0.1 + 0.07 * np.cos(angle), 0.1 + 0.07 * np.sin(angle)], axis=1)
+        rising = np.column_stack([wound, np.linspace(0.05, 0.55, 9)]) + np.asarray(origin)
+        winding = Fiber(vertices=rising, kind=FiberKind.HELICAL, name="helix")
+        groups += (
+            MuscleGroup(
+                fibers=(winding,), strength=0.5 * strength, kernel_width=0.1, name="around"
+            ),
+        )
     height = mesh.points[:, 2] - z
     regions = {
         "base": np.flatnonzero(height < 1e-9).astype(np.int32),
@@ -93,7 +110,7 @@ def muscular_bar(
         name="bar",
         mesh=mesh,
         material=material or Material(young_modulus=2e5, poisson_ratio=0.4, stiffness_damping=0.01),
-        muscles=(group,),
+        muscles=groups,
         regions=regions,
     )
 
@@ -171,8 +188,8 @@ class Rig:
 
 
 def numbers(array: Any) -> FloatArray:
-    """A device array as float64."""
-    return np.asarray(array.numpy(), dtype=np.float64)
+    """A copy of a device array as float64; what Warp hands out is a window on the array."""
+    return np.array(array.numpy(), dtype=np.float64)
 
 
 def rig(
@@ -220,4 +237,4 @@ def crumpled(mesh: TetMesh, amount: float = 0.15, seed: int = 3) -> FloatArray:
     shortest = np.linalg.norm(edges, axis=2).min()
     shear = np.eye(3) + 0.2 * rng.uniform(-1.0, 1.0, (3, 3))
     shaken = mesh.points @ shear.T + amount * shortest * rng.uniform(-1.0, 1.0, mesh.points.shape)
-    return turned(shaken, (1.0, 2.0, -0.5), 2.0) + np.array([0.3, -0.2, 0.1])
+    return np.asarray(turned(shaken, (1.0, 2.0, -0.5), 2.0) + np.array([0.3, -0.2, 0.1]))

@@ -128,12 +128,12 @@ class Bridge:
             return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
         by_node = rows.reshape(len(rows), -1, 3)
         direction = by_node.sum(axis=1) / model.masses.sum()
-        first = model.masses[0] * direction
-        scale = 1e-9 * np.abs(first).max(axis=1)
-        candidates = (np.abs(by_node[:, 0] - first) <= scale[:, None]).all(axis=1)
+        size = 1e-9 * np.abs(direction).max(axis=1)
+        # most rows are told apart by their first node alone
+        candidates = (np.abs(by_node[:, 0] / model.masses[0] - direction) <= size[:, None]).all(1)
         for row in np.flatnonzero(candidates):
-            momentum = model.masses[:, None] * direction[row]
-            candidates[row] = np.allclose(by_node[row], momentum, rtol=1e-9, atol=0.0)
+            miss = by_node[row] / model.masses[:, None] - direction[row]
+            candidates[row] = np.abs(miss).max() <= size[row]
         damping = model.scene.character.material.mass_damping
         return candidates, direction[candidates] / (1.0 + model.options.time_step * damping)
 

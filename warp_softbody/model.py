@@ -200,5 +200,5 @@ def _ground_arrays(model: Model) -> Arrays:
         "plane": model.array(
             [ground.offset, ground.friction, model.options.recovery_speed], types.scalar
         ),
-        "contact_tolerances": model.array([impulse, 1e-5, 1e-2, 1e-4], types.scalar),
+        "contact_tolerances": model.array([impulse, 1e-5, 5e-2, 1e-4], types.scalar),
     }

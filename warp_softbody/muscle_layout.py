@@ -16,7 +16,7 @@ from warp_softbody.topology import starts
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-SMALLEST_WEIGHT = 1e-3
+SMALLEST_WEIGHT = 1e-2
 """Weights below this share of a tet's whole are dropped, and the rest scaled up to sum to one
 again."""
 
