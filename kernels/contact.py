@@ -51,14 +51,13 @@ def make_contact(precision: str) -> SimpleNamespace:
     def right_side(
         # model
         node_start: wp.array(dtype=int),
-        node_tet: wp.array(dtype=int),
-        node_corner: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
         step_factors: wp.array(dtype=scalar),
         has_muscles: int,
         # in
         momentum: wp.array(dtype=vec3),
         external_forces: wp.array(dtype=vec3),
-        muscle_forces: wp.array(dtype=mat33),
+        muscle_forces: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
         friction_forces: wp.array(dtype=vec3),
         # out
@@ -70,16 +69,7 @@ def make_contact(precision: str) -> SimpleNamespace:
         force = external_forces[i]
         if has_muscles != 0:
             for k in range(node_start[i], node_start[i + 1]):
-                f = muscle_forces[node_tet[k]]
-                corner = node_corner[k]
-                if corner == 0:
-                    force -= vec3(
-                        f[0, 0] + f[1, 0] + f[2, 0],
-                        f[0, 1] + f[1, 1] + f[2, 1],
-                        f[0, 2] + f[1, 2] + f[2, 2],
-                    )
-                else:
-                    force += vec3(f[corner - 1, 0], f[corner - 1, 1], f[corner - 1, 2])
+                force += muscle_forces[node_corners[k]]
         known = momentum[i] + step_factors[0] * force
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
@@ -208,28 +198,33 @@ def make_contact(precision: str) -> SimpleNamespace:
             trial = friction - weight * sliding
             size = wp.length(trial)
             next_mode = stick
-            # to begin, it must be faster than the slowest sliding by its own block alone
-            slips = size > bound + weight * tolerances[3] + tolerances[0]
+            # to begin, it must exceed the cone by what would move its own block noticeably
+            margin = wp.min(weight * tolerances[3], scalar(0.002) * bound)
+            slips = size > bound + margin + tolerances[0]
             if mode == slide:
                 slips = size > bound and wp.length(sliding) > tolerances[3]
+                # friction that would reverse the sliding stops it instead
+                slips = slips and wp.dot(slip_velocities[i], sliding) >= scalar(0.0)
             if slips and (mode == slide or counters[PASSES] < newton_passes):
                 next_mode = slide
-                estimate = (-(size - bound) / (weight * size)) * trial
-                if mode == slide:
-                    estimate = sliding
-                    law = friction + (bound / wp.max(wp.length(sliding), tolerances[3])) * sliding
+                if mode == stick:
+                    # the full friction against where it is driven; its speed is not known yet
+                    force = (bound / size) * trial
+                    slip_velocities[i] = (scalar(-1.0) / weight) * trial
+                else:
+                    speed = wp.max(wp.length(sliding), tolerances[3])
+                    direction = sliding / speed
+                    law = friction + bound * direction
                     if wp.length(law) > tolerances[2] * bound + tolerances[0]:
                         changed[c] = 1
-                speed = wp.max(wp.length(estimate), tolerances[3])
-                direction = estimate / speed
-                identity = wp.identity(n=3, dtype=scalar)
-                stiffness = (bound / speed) * (identity - wp.outer(n, n))
-                last = slip_velocities[i]
-                settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
-                if mode == slide and settled and counters[PASSES] < newton_passes:
-                    force = -bound * direction
-                    stiffness -= (bound / speed) * wp.outer(direction, direction)
-                slip_velocities[i] = estimate
+                    identity = wp.identity(n=3, dtype=scalar)
+                    stiffness = (bound / speed) * (identity - wp.outer(n, n))
+                    last = slip_velocities[i]
+                    settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
+                    if settled and counters[PASSES] < newton_passes:
+                        force = -bound * direction
+                        stiffness -= (bound / speed) * wp.outer(direction, direction)
+                    slip_velocities[i] = sliding
         if next_mode != mode:
             changed[c] = 1
         modes[c] = next_mode

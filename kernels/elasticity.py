@@ -2,8 +2,9 @@
 
 Per tet: deformation gradient F = Ds Dm^-1, rotation R = closest_rotation(F), S = R^T F, strain
 eps = sym(S) - I, first Piola-Kirchhoff stress P = R (2 mu eps + lambda tr(eps) I), nodal forces -V0
-P g_a with g_a the rest gradients of the shape functions. Rows of the 3 x 3 matrices kept per tet
-belong to corners 1..3; corner 0 is minus their sum, so the net force is zero by construction.
+P g_a with g_a the rest gradients of the shape functions. What belongs to a corner of a tet stands
+at slot 4 t + corner; corner 0 is minus the sum of the others, so the net force is zero by
+construction.
 """
 
 from functools import cache
@@ -27,14 +28,15 @@ def make_elasticity(precision: str) -> SimpleNamespace:
     closest_rotation, cofactor = rotation.closest_rotation, rotation.cofactor
 
     @func
-    def gradient_row(G: mat33, corner: int):
-        if corner == 0:
-            return vec3(
-                -(G[0, 0] + G[1, 0] + G[2, 0]),
-                -(G[0, 1] + G[1, 1] + G[2, 1]),
-                -(G[0, 2] + G[1, 2] + G[2, 2]),
-            )
-        return vec3(G[corner - 1, 0], G[corner - 1, 1], G[corner - 1, 2])
+    def by_corner(slot: int, rows: mat33, out: wp.array(dtype=vec3)):
+        # the shape functions sum to one, so corner 0 is minus the other three
+        first = vec3(rows[0, 0], rows[0, 1], rows[0, 2])
+        second = vec3(rows[1, 0], rows[1, 1], rows[1, 2])
+        third = vec3(rows[2, 0], rows[2, 1], rows[2, 2])
+        out[slot] = -(first + second + third)
+        out[slot + 1] = first
+        out[slot + 2] = second
+        out[slot + 3] = third
 
     @kernel
     def deform_tets(
@@ -47,9 +49,9 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         positions: wp.array(dtype=vec3),
         # out
         rotations: wp.array(dtype=mat33),
-        gradients: wp.array(dtype=mat33),
+        gradients: wp.array(dtype=vec3),
         area_rows: wp.array(dtype=mat33),
-        forces: wp.array(dtype=mat33),
+        forces: wp.array(dtype=vec3),
     ):
         t = wp.tid()
         corners = tets[t]
@@ -67,8 +69,8 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         stress = scalar(2.0) * lame[0] * strain + (lame[1] * wp.trace(strain)) * identity
         volume = rest_volume[t]
         rotations[t] = R
-        gradients[t] = B * Rt
-        forces[t] = (-volume) * (B * (stress * Rt))
+        by_corner(4 * t, wp.sqrt(volume) * (B * Rt), gradients)
+        by_corner(4 * t, (-volume) * (B * (stress * Rt)), forces)
         # rows: V0 cof(F) g_a, minus a third of the deformed, area-weighted outward normal opposite
         # to corner a
         area_rows[t] = volume * (B * wp.transpose(cofactor(F)))
@@ -77,44 +79,33 @@ def make_elasticity(precision: str) -> SimpleNamespace:
     def stiffness_edges(
         # model
         edge_start: wp.array(dtype=int),
-        edge_tet: wp.array(dtype=int),
         edge_corners: wp.array(dtype=wp.vec2i),
         edge_slots: wp.array(dtype=wp.vec2i),
-        rest_volume: wp.array(dtype=scalar),
         lame: wp.array(dtype=scalar),
         step_factors: wp.array(dtype=scalar),
         # in
-        gradients: wp.array(dtype=mat33),
+        gradients: wp.array(dtype=vec3),
         # out
         values: wp.array(dtype=mat33),
     ):
-        # K_ab = V0 (lambda Ga Gb^T + mu Gb Ga^T + mu Ga.Gb I) with rotated gradients G = R g
+        # K_ab = V0 (lambda Ga Gb^T + mu Gb Ga^T + mu Ga.Gb I), G = R g; G comes times sqrt(V0)
         edge = wp.tid()
-        block = mat33()
+        outer = mat33()
         for k in range(edge_start[edge], edge_start[edge + 1]):
-            t = edge_tet[k]
             corners = edge_corners[k]
-            G = gradients[t]
-            a = gradient_row(G, corners[0])
-            b = gradient_row(G, corners[1])
-            volume = rest_volume[t]
-            shear = lame[0] * volume
-            block += (lame[1] * volume) * wp.outer(a, b) + shear * wp.outer(b, a)
-            along = shear * wp.dot(a, b)
-            block[0, 0] = block[0, 0] + along
-            block[1, 1] = block[1, 1] + along
-            block[2, 2] = block[2, 2] + along
-        block = step_factors[1] * block
+            outer += wp.outer(gradients[corners[0]], gradients[corners[1]])
+        along = (step_factors[1] * lame[0] * wp.trace(outer)) * wp.identity(n=3, dtype=scalar)
+        first = (step_factors[1] * lame[1]) * outer
+        second = (step_factors[1] * lame[0]) * outer
         slots = edge_slots[edge]
-        values[slots[0]] = block
-        values[slots[1]] = wp.transpose(block)
+        values[slots[0]] = first + wp.transpose(second) + along
+        values[slots[1]] = wp.transpose(first) + second + along
 
     @kernel
     def finish_nodes(
         # model
         node_start: wp.array(dtype=int),
-        node_tet: wp.array(dtype=int),
-        node_corner: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
         row_start: wp.array(dtype=int),
         diagonal_slot: wp.array(dtype=int),
         mass: wp.array(dtype=scalar),
@@ -124,7 +115,7 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         # in
         velocities: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
-        forces: wp.array(dtype=mat33),
+        forces: wp.array(dtype=vec3),
         # out
         values: wp.array(dtype=mat33),
         node_rotations: wp.array(dtype=mat33),
@@ -143,8 +134,9 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         force = mass[i] * gravity[0]
         turn = mat33()
         for k in range(node_start[i], node_start[i + 1]):
-            t = node_tet[k]
-            force += gradient_row(forces[t], node_corner[k])
+            corner = node_corners[k]
+            force += forces[corner]
+            t = corner / 4
             turn += rest_volume[t] * rotations[t]
         node_rotations[i] = closest_rotation(turn)
         # what the step would do without muscles, pushes and contact: M v + dt (f_x + f_e)

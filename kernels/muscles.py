@@ -85,7 +85,7 @@ def make_muscles(precision: str) -> SimpleNamespace:
         rotations: wp.array(dtype=mat33),
         area_rows: wp.array(dtype=mat33),
         # out
-        forces: wp.array(dtype=mat33),
+        forces: wp.array(dtype=vec3),
     ):
         t = wp.tid()
         stress = mat33()
@@ -94,7 +94,14 @@ def make_muscles(precision: str) -> SimpleNamespace:
             d = directions[j]
             stress += (pair_weight[k] * tensions[j]) * wp.outer(d, d)
         R = rotations[t]
-        forces[t] = scalar(-1.0) * (area_rows[t] * (R * stress * wp.transpose(R)))
+        rows = area_rows[t] * (R * stress * wp.transpose(R))
+        first = row(rows, 0)
+        second = row(rows, 1)
+        third = row(rows, 2)
+        forces[4 * t] = first + second + third
+        forces[4 * t + 1] = -first
+        forces[4 * t + 2] = -second
+        forces[4 * t + 3] = -third
 
     @kernel
     def tet_response(

@@ -6,8 +6,8 @@ root of ``l^4 - 2 n l^2 - 8 d l + n^2 - 4 c = 0`` with n = |F|^2, d = det F, c =
 from above. As R = d lambda / d F (envelope theorem), differentiating the quartic gives R in closed
 form: ``R = ((l^2 + n) F + 2 l cof F - 2 F F^T F) / (l^3 - n l - 2 d)``.
 One Newton-Schulz step and one Newton step on the rotation group remove what rounding left. The
-denominator is (s1 + s2)(s1 + s3)(s2 + s3); near its zeros, where R is hardly unique, the singular
-value decomposition takes over.
+denominator is (s1 + s2)(s1 + s3)(s2 + s3); near its zeros, where R is hardly unique, the quaternion
+matrix itself is raised to a high power instead.
 """
 
 from functools import cache
@@ -22,10 +22,11 @@ from warp_softbody.kernels.precision import real
 def make_rotation(precision: str, subject: str) -> SimpleNamespace:
     """Functions ``closest_rotation(F)`` and ``cofactor(F)`` for the kernels of a subject."""
     types = real(precision)
-    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    scalar, vec3, mat33, mat44 = types.scalar, types.vec3, types.mat33, types.mat44
     tiny = wp.constant(scalar(types.tiny))
     stop = wp.constant(scalar(2e-7 if precision == "float32" else 1e-15))
     unsafe = wp.constant(scalar(2e-2))
+    squarings = wp.constant(30 if precision == "float32" else 60)
     func = types.func(subject)
 
     @func
@@ -57,13 +58,29 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
         return root
 
     @func
-    def rotation_by_svd(F: mat33):
-        U, _sigma, V = wp.svd3(F)
-        if wp.determinant(U) * wp.determinant(V) < scalar(0.0):
-            U[0, 2] = -U[0, 2]
-            U[1, 2] = -U[1, 2]
-            U[2, 2] = -U[2, 2]
-        return U * wp.transpose(V)
+    def rotation_by_powers(F: mat33):
+        # tr(R(q)^T F) = q^T K q (Horn 1987): q is the eigenvector of K's largest eigenvalue. K lies
+        # within +-sqrt(3) for |F| = 1; squared over and over, K + 2 becomes the projector onto it,
+        # also where the eigenvalue is multiple and any q of its space is as good
+        a, b, c = F[2, 1] - F[1, 2], F[0, 2] - F[2, 0], F[1, 0] - F[0, 1]
+        d, e, f = F[0, 1] + F[1, 0], F[0, 2] + F[2, 0], F[1, 2] + F[2, 1]
+        x, y, z = F[0, 0], F[1, 1], F[2, 2]
+        P = mat44(x + y + z, a, b, c, a, x - y - z, d, e, b, d, y - x - z, f, c, e, f, z - x - y)
+        P = P + scalar(2.0) * wp.identity(n=4, dtype=scalar)
+        squaring = int(0)
+        while squaring < squarings:
+            P = P * P
+            P = P / wp.trace(P)
+            squaring += 1
+        best = int(0)
+        for k in range(1, 4):
+            if P[k, k] > P[best, best]:
+                best = k
+        q = wp.normalize(P[best])
+        w = q[0]
+        v = vec3(q[1], q[2], q[3])
+        K = wp.skew(v)
+        return wp.identity(n=3, dtype=scalar) + scalar(2.0) * (w * K + K * K)
 
     @func
     def newton_on_group(R: mat33, F: mat33):
@@ -101,7 +118,7 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
         root = largest_root(d, wp.ddot(cof, cof))
         gap = root * (root * root - scalar(1.0)) - scalar(2.0) * d
         if gap < unsafe:
-            return newton_on_group(rotation_by_svd(A), A)
+            return newton_on_group(rotation_by_powers(A), A)
         R = ((root * root + scalar(1.0)) * A + scalar(2.0) * root * cof) / gap
         R = R - (scalar(2.0) / gap) * (A * (wp.transpose(A) * A))
         R = scalar(0.5) * R * (scalar(3.0) * wp.identity(n=3, dtype=scalar) - wp.transpose(R) * R)

@@ -141,12 +141,10 @@ def _body_arrays(model: Model, fixed: npt.NDArray[np.bool_]) -> Arrays:
         "column": model.array(topology.column, wp.int32),
         "diagonal_slot": model.array(topology.diagonal_slot, wp.int32),
         "edge_start": model.array(topology.edge_start, wp.int32),
-        "edge_tet": model.array(topology.edge_tet, wp.int32),
         "edge_corners": model.array(topology.edge_corners, wp.vec2i),
         "edge_slots": model.array(topology.edge_slots, wp.vec2i),
         "node_start": model.array(topology.node_start, wp.int32),
-        "node_tet": model.array(topology.node_tet, wp.int32),
-        "node_corner": model.array(topology.node_corner, wp.int32),
+        "node_corners": model.array(topology.node_corners, wp.int32),
         "tolerance": model.array([model.options.solver_tolerance], wp.float64),
     }
 
@@ -190,8 +188,7 @@ def _ground_arrays(model: Model) -> Arrays:
     if ground is None:
         return {}
     types = model.types
-    # impulse and speeds that count as zero: a millionth of the weight's, 0.01 mm/s, 0.1 mm/s of
-    # sliding
+    # what counts as zero: a millionth of the weight's impulse, and 0.01 mm/s off or along the plane
     weight = float(model.masses.sum()) * float(np.linalg.norm(model.scene.gravity))
     impulse = 1e-6 * weight * model.options.time_step
     return {
@@ -200,5 +197,5 @@ def _ground_arrays(model: Model) -> Arrays:
         "plane": model.array(
             [ground.offset, ground.friction, model.options.recovery_speed], types.scalar
         ),
-        "contact_tolerances": model.array([impulse, 1e-5, 5e-2, 1e-4], types.scalar),
+        "contact_tolerances": model.array([impulse, 1e-5, 5e-2, 1e-5], types.scalar),
     }

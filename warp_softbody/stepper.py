@@ -60,10 +60,10 @@ class Stepper:
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
         self._contact = make_contact(model.options.precision)
         self.rotations = model.zeros(m, types.mat33)
-        self._gradients = model.zeros(m, types.mat33)
+        self._gradients = model.zeros(4 * m, types.vec3)
         self.area_rows = model.zeros(m, types.mat33)
-        self._elastic_forces = model.zeros(m, types.mat33)
-        self._muscle_forces = model.zeros(m if model.segment_count else 1, types.mat33)
+        self._elastic_forces = model.zeros(4 * m, types.vec3)
+        self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
         self.values = model.zeros(len(model.topology.column), types.mat33)
         self.node_rotations = model.zeros(n, types.mat33)
         self.momentum = model.zeros(n, types.vec3)
@@ -132,15 +132,14 @@ class Stepper:
             [a["tets"], a["rest_inverse"], a["rest_volume"], a["lame"], state.positions],
             [self.rotations, self._gradients, self.area_rows, self._elastic_forces],
         )
-        edges = [a["edge_start"], a["edge_tet"], a["edge_corners"], a["edge_slots"]]
-        material = [a["rest_volume"], a["lame"], a["step_factors"]]
+        edges = [a["edge_start"], a["edge_corners"], a["edge_slots"]]
+        material = [a["lame"], a["step_factors"]]
         edge_count = len(m.topology.edge_slots)
         inputs = [*edges, *material, self._gradients]
         self._launch(k.stiffness_edges, edge_count, inputs, [self.values])
         nodes = [
             a["node_start"],
-            a["node_tet"],
-            a["node_corner"],
+            a["node_corners"],
             a["row_start"],
             a["diagonal_slot"],
         ]
@@ -169,7 +168,7 @@ class Stepper:
             pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
             inputs = [*pairs, self._tensions, self.rotations, self.area_rows]
             self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
-        nodes = [a["node_start"], a["node_tet"], a["node_corner"], a["step_factors"]]
+        nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
         forces = [self.momentum, control.external_forces, self._muscle_forces, state.velocities]
         inputs = [*nodes, int(self._muscles is not None), *forces, contacts.friction_forces]
         outputs = [self._right, self._right_with_slip, self._x]

@@ -18,23 +18,20 @@ class Topology:
         row_start, column: CSR of the full symmetric block pattern, diagonal included.
         diagonal_slot: (n,) position of each row's diagonal block.
         edge_start: (e + 1,) into the lists of tets around each edge.
-        edge_tet: tet of each entry.
-        edge_corners: (.., 2) its corners at the edge's lower and higher node.
+        edge_corners: (.., 2) slots 4 tet + corner at the edge's lower and higher node.
         edge_slots: (e, 2) matrix slots of the block and of its transpose.
         node_start: (n + 1,) into the lists of tets around each node.
-        node_tet, node_corner: tet and corner of each entry.
+        node_corners: slot 4 tet + corner of each entry.
     """
 
     row_start: IntArray
     column: IntArray
     diagonal_slot: IntArray
     edge_start: IntArray
-    edge_tet: IntArray
     edge_corners: IntArray
     edge_slots: IntArray
     node_start: IntArray
-    node_tet: IntArray
-    node_corner: IntArray
+    node_corners: IntArray
 
 
 CORNER_PAIRS = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
@@ -49,8 +46,7 @@ def build_topology(tets: npt.NDArray[np.integer], node_count: int) -> Topology:
     """Index arrays for tets (m, 4) over ``node_count`` nodes."""
     tets = np.asarray(tets, dtype=np.int64)
     ends = tets[:, CORNER_PAIRS].reshape(-1, 2)
-    corners = np.tile(CORNER_PAIRS, (len(tets), 1))
-    owner = np.repeat(np.arange(len(tets)), 6)
+    corners = (4 * np.arange(len(tets))[:, None, None] + CORNER_PAIRS).reshape(-1, 2)
     flipped = ends[:, 0] > ends[:, 1]
     ends[flipped] = ends[flipped][:, ::-1]
     corners[flipped] = corners[flipped][:, ::-1]
@@ -72,10 +68,8 @@ def build_topology(tets: npt.NDArray[np.integer], node_count: int) -> Topology:
         column=columns[order].astype(np.int32),
         diagonal_slot=slot[2 * edges :],
         edge_start=starts(edge_of[by_edge], edges),
-        edge_tet=owner[by_edge].astype(np.int32),
         edge_corners=corners[by_edge].astype(np.int32),
         edge_slots=np.stack([slot[:edges], slot[edges : 2 * edges]], axis=1),
         node_start=starts(nodes[by_node], node_count),
-        node_tet=(by_node // 4).astype(np.int32),
-        node_corner=(by_node % 4).astype(np.int32),
+        node_corners=by_node.astype(np.int32),
     )

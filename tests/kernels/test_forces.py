@@ -125,15 +125,14 @@ def muscle_forces_at(body: Rig, positions: FloatArray, activations: FloatArray) 
     model, a = body.model, body.model.arrays
     kernels, types = make_muscles(model.options.precision), model.types
     tensions = model.zeros(model.segment_count, types.scalar)
-    rows = model.zeros(model.tet_count, types.mat33)
+    corners = model.zeros(4 * model.tet_count, types.vec3)
     launch = body.stepper._launch
     inputs = [a["muscle_stiffness"], body.control.rest_lengths, body.stepper.lengths]
     launch(kernels.segment_tensions, model.segment_count, inputs, [tensions])
     pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
     inputs = [*pairs, tensions, body.stepper.rotations, body.stepper.area_rows]
-    launch(kernels.muscle_tets, model.tet_count, inputs, [rows])
-    by_corner = rows.numpy().astype(np.float64)
-    by_corner = np.concatenate([-by_corner.sum(axis=1, keepdims=True), by_corner], axis=1)
+    launch(kernels.muscle_tets, model.tet_count, inputs, [corners])
+    by_corner = corners.numpy().astype(np.float64).reshape(-1, 4, 3)
     forces = np.zeros((model.node_count, 3))
     np.add.at(forces, model.scene.character.mesh.tets, by_corner)
     return forces

@@ -39,7 +39,9 @@ def kernel_rotations(F: FloatArray, precision: Precision) -> FloatArray:
     positions = np.zeros((count, 4, 3))
     positions[:, 1:] = F.transpose(0, 2, 1)
     tets = np.arange(4 * count).reshape(-1, 4)
-    out: list[Any] = [wp.zeros(count, dtype=types.mat33, device="cpu") for _ in range(4)]
+    # rotations, gradients and forces by corner with the area rows between them
+    sizes = ((count, types.mat33), (4 * count, types.vec3)) * 2
+    out: list[Any] = [wp.zeros(size, dtype=dtype, device="cpu") for size, dtype in sizes]
     wp.launch(
         kernels.deform_tets,
         dim=count,
