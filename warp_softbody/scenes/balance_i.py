@@ -41,4 +41,5 @@ RECIPE = SceneRecipe(
     settings=PUSH_SETTINGS,
     build=build,
     seconds=6.0,
+    time_step=1.0 / 60.0,
 )
