@@ -199,7 +199,7 @@ def make_contact(precision: str) -> SimpleNamespace:
             size = wp.length(trial)
             next_mode = stick
             # to begin, it must exceed the cone by what would move its own block noticeably
-            margin = wp.min(weight * tolerances[3], scalar(0.002) * bound)
+            margin = wp.min(weight * tolerances[3], scalar(0.01) * bound)
             slips = size > bound + margin + tolerances[0]
             if mode == slide:
                 slips = size > bound and wp.length(sliding) > tolerances[3]
