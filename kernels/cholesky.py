@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "cholesky"
@@ -23,7 +24,16 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     """Kernels ``factorise``, ``node_turns``, ``precondition``, ``precondition_block``."""
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
-    kernel = types.kernel(SUBJECT)
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
+
+    @func
+    def project_rows(kind: int, normal: vec3, value: mat33):
+        if kind == slides:
+            return value - wp.outer(normal, wp.transpose(value) * normal)
+        if kind == held:
+            return mat33()
+        return value
 
     @kernel
     def factorise(
@@ -35,8 +45,12 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         diagonal_slot: wp.array(dtype=int),
         update_start: wp.array(dtype=int),
         update_pairs: wp.array(dtype=wp.vec2i),
+        order: wp.array(dtype=int),
         # in
         values: wp.array(dtype=mat33),
+        kinds: wp.array(dtype=int),
+        normals: wp.array(dtype=vec3),
+        slip_stiffness: wp.array(dtype=mat33),
         # out
         upper: wp.array(dtype=mat33),
         lower: wp.array(dtype=mat33),
@@ -44,10 +58,22 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     ):
         # row by row: U_ij = A_ij - sum_k U_ik L_jk^T, L_ij = U_ij D_j^-1, D_i = A_ii - sum_j U_ij
         # L_ij^T
+        # A is the matrix with slip stiffness on the velocities that contact leaves free, and a
+        # multiple of the identity on those it gives
         for i in range(count):
+            node = order[i]
+            kind = kinds[node]
+            normal = normals[node]
             pivot = wp.identity(n=3, dtype=scalar)
             if diagonal_slot[i] >= 0:
-                pivot = values[diagonal_slot[i]]
+                pivot = values[diagonal_slot[i]] + slip_stiffness[node]
+                given = scalar(0.3333333333333333) * wp.trace(pivot)
+                if kind == slides:
+                    pivot = project_rows(kind, normal, pivot)
+                    pivot = project_rows(kind, normal, wp.transpose(pivot))
+                    pivot += given * wp.outer(normal, normal)
+                if kind == held:
+                    pivot = given * wp.identity(n=3, dtype=scalar)
             for s in range(row_start[i], row_start[i + 1]):
                 known = mat33()
                 for k in range(update_start[s], update_start[s + 1]):
@@ -56,7 +82,15 @@ def make_cholesky(precision: str) -> SimpleNamespace:
                 entry = -known
                 slot = matrix_slot[s]
                 if slot >= 0:
-                    entry = values[slot] - known
+                    block_entry = values[slot]
+                    other = order[column[s]]
+                    if kind != free:
+                        block_entry = project_rows(kind, normal, block_entry)
+                    if kinds[other] != free:
+                        across = wp.transpose(block_entry)
+                        across = project_rows(kinds[other], normals[other], across)
+                        block_entry = wp.transpose(across)
+                    entry = block_entry - known
                 upper[s] = entry
                 below = entry * pivot_inverse[column[s]]
                 lower[s] = below

@@ -20,11 +20,16 @@ from warp_softbody.kernels import block_gradients as bg
 from warp_softbody.kernels.block_gradients import make_block_gradients
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.kernels.precision import BLOCK
+from warp_softbody.linear_solver import Preconditioner
 from warp_softbody.stepper import Stepper
 
 FloatArray = npt.NDArray[np.float64]
 
-MOST_ITERATIONS = 60
+MOST_ITERATIONS = 400
+"""Iterations of one block solve; one that needs more is reported as not converged."""
+
+BLOCK_COST = 3
+"""Cost of an iteration of a block in units of one for a single right-hand side."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +45,7 @@ class ControlProblem:
         lengths: l, (s,) m, at the start of the step.
         rest_lengths: l_0, (s,) m.
         iterations: of the block solve.
+        converged: whether every row reached the bridge's tolerance.
     """
 
     rows: FloatArray
@@ -50,6 +56,7 @@ class ControlProblem:
     lengths: FloatArray
     rest_lengths: FloatArray
     iterations: int
+    converged: bool
 
 
 class Bridge:
@@ -77,7 +84,16 @@ class Bridge:
         self._counters = model.zeros(bg.COUNTERS, wp.int32)
         self._tolerance = model.array([model.options.bridge_tolerance], types.scalar)
         self._last_rows = 0
-        self._graph: Any = None
+        self._preconditioner = Preconditioner(
+            model, stepper.values, stepper.node_rotations, cost=model.elimination.refresh_cost
+        )
+        # contact is not in the bridge's matrix: every velocity is free, nothing slides
+        self._unbound = (
+            model.zeros(model.node_count, wp.int32),
+            model.zeros(model.node_count, types.vec3),
+            model.zeros(model.node_count, types.mat33),
+        )
+        self._graphs: dict[bool, Any] = {}
 
     @property
     def row_capacity(self) -> int:
@@ -115,6 +131,7 @@ class Bridge:
             lengths=self._stepper.lengths.numpy().astype(np.float64),
             rest_lengths=model.muscles.rest_lengths,
             iterations=iterations,
+            converged=iterations < MOST_ITERATIONS,
         )
 
     def _translations(self, rows: FloatArray) -> tuple[npt.NDArray[np.bool_], FloatArray]:
@@ -144,13 +161,16 @@ class Bridge:
             self._vectors["x"].zero_()
             self._last_rows = len(rows)
         self._vectors["j"].assign(self._to_blocks(rows))
-        if self._graph is None:
+        renew = self._preconditioner.stale
+        if renew not in self._graphs:
             with wp.ScopedCapture(device=model.options.device) as capture:
-                self._launch()
-            self._graph = capture.graph
-        wp.capture_launch(self._graph)
+                self._launch(renew)
+            self._graphs[renew] = capture.graph
+        wp.capture_launch(self._graphs[renew])
+        if renew:
+            self._preconditioner.renewed()
         iterations = int(self._counters.numpy()[bg.ITERATIONS])
-        self._stepper.preconditioner_used(iterations)
+        self._preconditioner.used(BLOCK_COST * iterations, fresh=BLOCK_COST)
         return iterations
 
     def _to_blocks(self, rows: FloatArray) -> npt.NDArray[np.floating]:
@@ -170,9 +190,12 @@ class Bridge:
         device = self._stepper.model.options.device
         wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
 
-    def _launch(self) -> None:
+    def _launch(self, renew: bool) -> None:
         model, a, k = self._stepper.model, self._stepper.model.arrays, self._kernels
         v, s = self._vectors, self._sums
+        if renew:
+            self._preconditioner.factorise(*self._unbound)
+        self._preconditioner.follow_rotations()
         size = [model.chunk, model.node_count]
         rows = [a["fixed"], a["row_start"], a["column"]]
         matrix = self._stepper.values
@@ -185,7 +208,7 @@ class Bridge:
         self._run(k.begin, 1, [s["rr"], self._targets], ends)
 
         def iterate() -> None:
-            self._stepper.preconditioner.apply_block(v["r"], v["w"], v["z"])
+            self._preconditioner.apply_block(v["r"], v["w"], v["z"])
             self._run(k.products, chunks, [*size, a["fixed"], v["r"]], [v["z"], s["rz"]])
             inputs = [*size, s["rz"], self._old_product, v["z"]]
             self._run(k.direction, chunks, inputs, [v["p"]])

@@ -13,14 +13,23 @@ from warp_softbody.model import Model
 
 
 class Preconditioner:
-    """An L D L^T factor of an earlier matrix, warped by the rotations of the nodes since then."""
+    """An L D L^T factor of an earlier matrix, warped by the rotations of the nodes since then.
 
-    def __init__(self, model: Model, values: Any, node_rotations: Any) -> None:
-        """Arrays for the factor of the matrix in ``values``; nothing is computed yet."""
+    It is stale when the iterations that a fresh factor would have saved would have paid for it; a
+    count, not a clock, so that runs repeat.
+    """
+
+    def __init__(self, model: Model, values: Any, node_rotations: Any, *, cost: float) -> None:
+        """Arrays for the factor of the matrix in ``values``; nothing is computed yet.
+
+        ``cost`` is that of one factorisation in units of the iterations it is used for.
+        """
         types, count = model.types, len(model.elimination.column)
         self._model = model
         self._values = values
         self._node_rotations = node_rotations
+        self._cost = cost
+        self._excess = float("inf")
         self._kernels = make_cholesky(model.options.precision)
         self._upper = model.zeros(count, types.mat33)
         self._lower = model.zeros(count, types.mat33)
@@ -29,8 +38,21 @@ class Preconditioner:
         self._turns = model.zeros(model.node_count, types.mat33)
         self._work = model.zeros(model.node_count, types.vec3)
 
-    def factorise(self) -> None:
-        """Launch the numeric factorisation of the present matrix."""
+    @property
+    def stale(self) -> bool:
+        """Whether a new factor is due."""
+        return self._excess > self._cost
+
+    def renewed(self) -> None:
+        """Note that the factor is of the present matrix."""
+        self._excess = 0.0
+
+    def used(self, iterations: int, fresh: int) -> None:
+        """Count iterations beyond those that even a fresh factor would have needed."""
+        self._excess += max(0, iterations - fresh)
+
+    def factorise(self, kinds: Any, normals: Any, slip_stiffness: Any) -> None:
+        """Launch the factorisation of the present matrix on the velocities left free."""
         a, n = self._model.arrays, self._model.node_count
         wp.launch(
             self._kernels.factorise,
@@ -43,7 +65,11 @@ class Preconditioner:
                 a["factor_diagonal_slot"],
                 a["update_start"],
                 a["update_pairs"],
+                a["order"],
                 self._values,
+                kinds,
+                normals,
+                slip_stiffness,
             ],
             outputs=[self._upper, self._lower, self._pivot_inverse],
             device=self._model.options.device,

@@ -103,7 +103,7 @@ class Simulation:
         self._decide()
         decided = time.perf_counter()
         self._push()
-        self._stepper.solve(self._state, self._control, self._contacts, self._after)
+        self._stepper.solve(self._state, self._control, self._contacts)
         solved = time.perf_counter()
         statistics = self._stepper.resolve_contact(self._state, self._contacts, self._after)
         if not statistics.finite:

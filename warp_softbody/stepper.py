@@ -22,9 +22,8 @@ from warp_softbody.linear_solver import ConjugateGradients, Preconditioner
 from warp_softbody.model import Model
 from warp_softbody.state import Contacts, Control, State
 
-FRESH_ITERATIONS = 4
-"""Iterations of one solve that even a factor of the present matrix would need (contact and slip are
-not in it)."""
+FRESH_ITERATIONS = 3
+"""Iterations of one pass that even a fresh factor would need."""
 
 
 @dataclass(frozen=True)
@@ -75,22 +74,23 @@ class Stepper:
         self._x = model.zeros(n, types.vec3)
         self._normal_velocity = model.zeros(model.contact_count, types.scalar)
         self._changed = model.zeros(model.contact_count, wp.int32)
-        self.preconditioner = Preconditioner(model, self.values, self.node_rotations)
-        self._solver = ConjugateGradients(model, self.values, self.preconditioner)
+        self._preconditioner = Preconditioner(
+            model, self.values, self.node_rotations, cost=model.elimination.refresh_cost
+        )
+        self._solver = ConjugateGradients(model, self.values, self._preconditioner)
         self._graphs: dict[tuple[Any, ...], Any] = {}
-        self._excess = float("inf")
 
     def assemble(self, state: State) -> None:
         """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
         self._replay(("assemble", state), lambda: self._launch_assembly(state))
-        if self._excess > self.model.elimination.refresh_cost:
-            self._replay(("factorise",), self._launch_factorisation)
-            self._excess = 0.0
 
-    def solve(self, state: State, control: Control, contacts: Contacts, after: State) -> None:
+    def solve(self, state: State, control: Control, contacts: Contacts) -> None:
         """The step's velocities with the contact modes as they were."""
-        key = ("solve", state, control, contacts)
-        self._replay(key, lambda: self._launch_solve(state, control, contacts))
+        renew = self._preconditioner.stale
+        key = ("solve with a new factor" if renew else "solve", state, control, contacts)
+        self._replay(key, lambda: self._launch_solve(state, control, contacts, renew))
+        if renew:
+            self._preconditioner.renewed()
 
     def resolve_contact(self, state: State, contacts: Contacts, after: State) -> StepStatistics:
         """Choose contact modes anew until they settle, then write the state after the step."""
@@ -103,12 +103,8 @@ class Stepper:
     ) -> StepStatistics:
         """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place."""
         self.assemble(state)
-        self.solve(state, control, contacts, after)
+        self.solve(state, control, contacts)
         return self.resolve_contact(state, contacts, after)
-
-    def preconditioner_used(self, iterations: int) -> None:
-        """Count solves that a fresh factor would have saved; enough of them pay for one."""
-        self._excess += max(0, iterations - FRESH_ITERATIONS)
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
         """Replay a graph; the first time, capture it. States are told apart by identity."""
@@ -147,7 +143,6 @@ class Stepper:
         now = [state.velocities, self.rotations, self._elastic_forces]
         outputs = [self.values, self.node_rotations, self.momentum]
         self._launch(k.finish_nodes, m.node_count, [*nodes, *body, *now], outputs)
-        self.preconditioner.follow_rotations()
         if self._muscles is not None:
             points = [a["point_nodes"], a["point_weights"], state.positions]
             count = len(m.muscles.point_nodes)
@@ -155,11 +150,9 @@ class Stepper:
             inputs = [a["segment_points"], self.fiber_points]
             self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
 
-    def _launch_factorisation(self) -> None:
-        self.preconditioner.factorise()
-        self.preconditioner.follow_rotations()
-
-    def _launch_solve(self, state: State, control: Control, contacts: Contacts) -> None:
+    def _launch_solve(
+        self, state: State, control: Control, contacts: Contacts, renew: bool
+    ) -> None:
         m, a, k = self.model, self.model.arrays, self._contact
         self._solver.counters.zero_()
         if self._muscles is not None:
@@ -184,15 +177,20 @@ class Stepper:
             ]
             outputs = [self._normal_velocity, self._solver.normals]
             self._launch(k.detect, m.contact_count, [*ground, state.positions], outputs)
-        self._launch_pass(contacts)
+        self._launch_pass(contacts, renew)
 
-    def _launch_pass(self, contacts: Contacts) -> None:
+    def _launch_pass(self, contacts: Contacts, renew: bool = False) -> None:
         m, a, k = self.model, self.model.arrays, self._contact
         if m.contact_count:
             inputs = [a["surface_nodes"], a["fixed"], a["plane_normal"], contacts.modes]
             outputs = [self._solver.kinds, self._x]
             self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
         self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self._x])
+        if renew:
+            solver = self._solver
+            slip_stiffness = contacts.slip_stiffness
+            self._preconditioner.factorise(solver.kinds, solver.normals, slip_stiffness)
+        self._preconditioner.follow_rotations()
         self._solver.solve(self._right_with_slip, contacts.slip_stiffness, self._x)
 
     def _launch_contact(self, state: State, contacts: Contacts, after: State) -> None:
@@ -232,7 +230,7 @@ class Stepper:
         counters = self._solver.counters.numpy()
         passes = max(1, int(counters[contact_kernels.PASSES]))
         iterations = int(counters[cg.TOTAL_ITERATIONS])
-        self.preconditioner_used(iterations)
+        self._preconditioner.used(iterations, fresh=FRESH_ITERATIONS * passes)
         return StepStatistics(
             iterations=iterations,
             passes=passes,

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import warp as wp
 
 from tests.bodies import EXACT, Rig, box, crumpled, epsilon, rig, turn
 from tests.verification import reference
 from warp_softbody import elimination
+from warp_softbody.linear_solver import Preconditioner
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.options import Precision
@@ -18,10 +20,11 @@ from warp_softbody.options import Precision
 FloatArray = npt.NDArray[np.float64]
 STIFF = Material(young_modulus=1e6, poisson_ratio=0.4, stiffness_damping=0.02)
 FIXED = (0, 3, 7, 20)
+NORMAL = np.array([0.6, 0.0, 0.8])
 
 
 def assembled(mesh: TetMesh, fixed: Any = (), **options: Any) -> tuple[Rig, FloatArray]:
-    """A rig with a fresh factor of a crumpled body, and its matrix with fixed nodes cut out."""
+    """A rig with the matrix of a crumpled body, which is also returned with fixed nodes cut out."""
     body = rig(mesh, material=STIFF, fixed=fixed, time_step=0.01, **options)
     body.place(crumpled(mesh))
     body.stepper.assemble(body.state)
@@ -37,15 +40,27 @@ def cut(matrix: FloatArray, fixed: Any) -> FloatArray:
     return matrix
 
 
-def preconditioned(body: Rig, vectors: FloatArray) -> FloatArray:
-    """P applied to the columns of (3n, k)."""
+def factor_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Preconditioner:
+    """The factor of the matrix as assembled; kinds (n,) and slip stiffness (n, 3, 3) of contact."""
+    model, types, n = body.model, body.model.types, body.model.node_count
+    stepper = body.stepper
+    factor = Preconditioner(model, stepper.values, stepper.node_rotations, cost=1.0)
+    factor.factorise(
+        model.array(np.broadcast_to(np.int32(kinds), n), wp.int32),
+        model.array(np.tile(NORMAL, (n, 1)), types.vec3),
+        model.array(np.broadcast_to(np.float64(slip), (n, 3, 3)), types.mat33),
+    )
+    return factor
+
+
+def preconditioned(body: Rig, factor: Preconditioner, vectors: FloatArray) -> FloatArray:
+    """P applied to the columns of (3n, k), turned with the nodes as they are now."""
     types, n = body.model.types, body.model.node_count
     result = body.model.zeros(n, types.vec3)
+    factor.follow_rotations()
     columns = []
     for column in vectors.T:
-        body.stepper.preconditioner.apply(
-            body.model.array(column.reshape(n, 3), types.vec3), result
-        )
+        factor.apply(body.model.array(column.reshape(n, 3), types.vec3), result)
         columns.append(result.numpy().astype(np.float64).ravel())
     return np.stack(columns, axis=1)
 
@@ -55,7 +70,7 @@ def preconditioned(body: Rig, vectors: FloatArray) -> FloatArray:
 def test_factor_solves_the_matrix_it_was_made_of(fixed: Any, precision: Precision) -> None:
     """|P A - I| is bounded by the condition number times eps."""
     body, matrix = assembled(box((2, 2, 3), jitter=0.2), fixed, precision=precision)
-    inverse = preconditioned(body, np.eye(len(matrix)))
+    inverse = preconditioned(body, factor_of(body), np.eye(len(matrix)))
     bound = 8 * np.linalg.cond(matrix) * epsilon(precision)
     assert bound < 0.1
     np.testing.assert_allclose(inverse @ matrix, np.eye(len(matrix)), atol=bound)
@@ -65,7 +80,7 @@ def test_factor_multiplies_out_to_the_matrix() -> None:
     """L D L^T in elimination order, fixed nodes as identity."""
     body, matrix = assembled(box((2, 2, 3), jitter=0.2), FIXED, precision="float64")
     e, n = body.model.elimination, body.model.node_count
-    factor = body.stepper.preconditioner
+    factor = factor_of(body)
     lower = np.zeros((n, 3, n, 3))
     rows = np.repeat(np.arange(n), np.diff(e.row_start))
     lower[rows, :, e.column, :] = factor._lower.numpy()
@@ -88,14 +103,36 @@ def test_order_is_a_permutation_and_fill_is_sparse() -> None:
     assert len(e.column) < 396 * 36
 
 
+def test_factor_knows_what_contact_leaves_free() -> None:
+    """On held, sliding and free nodes it is the inverse of S (A + G) S on the free velocities."""
+    mesh = box((2, 2, 3), jitter=0.2)
+    body, matrix = assembled(mesh, precision="float64")
+    rng = np.random.default_rng(3)
+    n = len(mesh.points)
+    kinds = rng.integers(0, 3, n)
+    roots = rng.standard_normal((n, 3, 3))
+    slip = np.where((kinds == 1)[:, None, None], 50.0 * roots @ roots.transpose(0, 2, 1), 0.0)
+    for node in range(n):
+        span = slice(3 * node, 3 * node + 3)
+        matrix[span, span] += slip[node]
+    kept = [np.eye(3), np.linalg.svd(NORMAL[None])[2][1:], np.zeros((0, 3))]
+    basis = np.concatenate(
+        [np.kron(np.eye(n)[node], kept[kinds[node]]) for node in range(n) if kinds[node] < 2]
+    ).T
+    inverse = preconditioned(body, factor_of(body, kinds, slip), basis)
+    expected = np.linalg.inv(basis.T @ matrix @ basis)
+    np.testing.assert_allclose(basis.T @ inverse, expected, atol=1e-10 * np.abs(expected).max())
+
+
 def test_kept_factor_turns_with_the_body() -> None:
     """After a rigid turn the old factor, warped, is still exact for the new matrix."""
     mesh = box((2, 2, 3), jitter=0.2)
     body, _ = assembled(mesh, precision="float64")
+    factor = factor_of(body)
     body.place(body.positions @ turn((1.0, 0.3, -2.0), 1.9).T)
     body.stepper.assemble(body.state)
     matrix = reference.step_matrix(body.model, body.positions)
-    inverse = preconditioned(body, np.eye(len(matrix)))
+    inverse = preconditioned(body, factor, np.eye(len(matrix)))
     np.testing.assert_allclose(inverse @ matrix, np.eye(len(matrix)), atol=1e-9)
 
 
@@ -130,7 +167,7 @@ def test_block_jacobi_keeps_the_diagonal_blocks_alone(monkeypatch: pytest.Monkey
     monkeypatch.setattr(elimination, "MOST_UPDATES", 0)
     body, matrix = assembled(box((2, 2, 3), jitter=0.2), FIXED, precision="float64")
     assert len(body.model.elimination.column) == 0
-    inverse = preconditioned(body, np.eye(len(matrix)))
+    inverse = preconditioned(body, factor_of(body), np.eye(len(matrix)))
     n = len(matrix) // 3
     expected = np.zeros((n, 3, n, 3))
     diagonal = matrix.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n), :]
