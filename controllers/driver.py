@@ -39,12 +39,12 @@ class Decision:
     Attributes:
         rest_lengths: l_d, (s,) m.
         result: of the QPCC.
-        block_iterations: of the bridge's solve.
+        converged: whether the bridge's solve reached its tolerance.
     """
 
     rest_lengths: FloatArray
     result: QPCCResult
-    block_iterations: int
+    converged: bool
 
 
 def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
@@ -126,7 +126,7 @@ class Driver:
         return Decision(
             rest_lengths=chosen * problem.rest_lengths,
             result=result,
-            block_iterations=problem.iterations,
+            converged=problem.converged,
         )
 
     def _solve(self, qpcc: ContactQPCC, activations: FloatArray) -> QPCCResult:

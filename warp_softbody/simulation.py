@@ -194,6 +194,7 @@ class Simulation:
         else:
             self._rest_lengths = decision.rest_lengths
             self._log.qps.append(decision.result.qp_count)
+            self._log.unconverged += not decision.converged
             self._log.patches = max(self._log.patches, len(decision.result.modes))
         self._control.rest_lengths.assign(self._rest_lengths)
 
