@@ -118,7 +118,7 @@ class Driver:
         problem = self._bridge.solve(np.concatenate(rows))
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step)
-        result = self._solve(qpcc, activations)
+        result = self._solve(qpcc, activations, [patch.touching for patch in goals.patches])
         usable = result.status is not QPCCStatus.INFEASIBLE
         self._modes = result.modes if usable else None
         self._calm = usable and result.objective < CALM
@@ -129,9 +129,14 @@ class Driver:
             converged=problem.converged,
         )
 
-    def _solve(self, qpcc: ContactQPCC, activations: FloatArray) -> QPCCResult:
+    def _solve(
+        self, qpcc: ContactQPCC, activations: FloatArray, touching: list[bool]
+    ) -> QPCCResult:
         if self._method == "static":
-            return solve_static(qpcc, fallback_controls=activations, options=STEP_OPTIONS)
+            holds = np.array(touching, dtype=bool)
+            return solve_static(
+                qpcc, touching=holds, fallback_controls=activations, options=STEP_OPTIONS
+            )
         start = self._modes
         if start is not None and len(start) != qpcc.contact_count:
             start = None

@@ -29,12 +29,14 @@ class Patch:
         gap: m, its signed distance from the ground.
         frame: (3, 3), rows normal, tangent 1, tangent 2.
         friction: Coulomb coefficient.
+        touching: whether any node of it touched in the last step.
     """
 
     weights: FloatArray
     gap: float
     frame: FloatArray
     friction: float
+    touching: bool
 
     def rows(self) -> FloatArray:
         """Velocity of the patch in its own frame, (3, 3n)."""
@@ -76,4 +78,5 @@ def _patch(view: BodyView, ground: Plane, region: str) -> Patch:
         gap=float(gaps[chosen].mean()),
         frame=frame,
         friction=ground.friction,
+        touching=bool(touching.any()),
     )

@@ -6,6 +6,7 @@ import itertools
 import time
 
 import numpy as np
+import numpy.typing as npt
 
 from warp_softbody.controllers.full_form import complementarity
 from warp_softbody.controllers.lemke import forward_contact
@@ -16,6 +17,8 @@ from warp_softbody.controllers.reduced import Node, ReducedProblem
 from warp_softbody.controllers.result import QPCCResult, QPCCStatus, SolverOptions
 from warp_softbody.controllers.search import LocalMinimum, Search
 from warp_softbody.errors import InputError
+
+BoolArray = npt.NDArray[np.bool_]
 
 ENUMERATION_LIMIT = 4
 """Contacts that ``enumerate_qpcc`` accepts: 18^4 QPs with 8 directions already take a minute."""
@@ -58,27 +61,23 @@ def solve_qpcc(
 def solve_static(
     problem: ContactQPCC,
     *,
+    touching: BoolArray | None = None,
     fallback_controls: FloatArray | None = None,
     options: SolverOptions | None = None,
 ) -> QPCCResult:
     """The baseline that the paper compares with: contacts hold still, nothing is searched.
 
-    All contacts stick (w = 0, force in the cone): one QP. Where that is infeasible, the forward
-    contact problem at the fallback controls says which contacts lift; the others stick. Where
-    that is infeasible too, its modes are taken as they are, slides included, and last its own
-    point.
+    One QP in which every touching contact sticks (w = 0, force in the cone) and every other one is
+    absent; ``touching`` (K,) defaults to all. Where that is infeasible the controls in use stay,
+    with the forward contact solution that belongs to them.
     """
     search = _search(problem, options or SolverOptions())
     controls = _fallback(search.reduced, fallback_controls)
-    node = search.visit((STICK,) * problem.contact_count)
-    forward = None
+    if touching is None:
+        touching = np.ones(problem.contact_count, dtype=bool)
+    node = search.visit(tuple(STICK if holds else LIFT for holds in touching))
     if node is None:
-        forward = forward_contact(search.reduced, controls)
-        if forward is not None:
-            lifted = tuple(LIFT if mode == LIFT else STICK for mode in forward[0])
-            node = search.visit(lifted) or search.visit(forward[0])
-    if node is None:
-        return _fall_back(search, controls, forward)
+        return _fall_back(search, controls, forward_contact(search.reduced, controls))
     return _finish(search, node, QPCCStatus.STATIC)
 
 
