@@ -13,7 +13,7 @@ def main(path: str | Path = "balance.usdc", seconds: float = 6.0) -> RunSummary:
     character = wsb.characters.letter_i()
     push = wsb.Push(region="head", force=(300.0, 0.0, 0.0), start=0.5, duration=0.2)
     scene = wsb.Scene(character=character, ground=wsb.Plane(friction=0.8), pushes=(push,))
-    simulation = wsb.Simulation(scene, controller=wsb.controllers.Balance(), time_step=0.01)
+    simulation = wsb.Simulation(scene, controller=wsb.controllers.Balance(), time_step=1 / 60)
     with wsb.StageWriter(path, scene, fps=30) as stage:
         for frame in simulation.run(seconds):
             stage.write(frame)
