@@ -40,7 +40,7 @@ def make_contact(precision: str) -> SimpleNamespace:
     """Kernels ``detect``, ``impose``, ``update_modes``, ``conclude_pass`` and the step's ends."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel = types.kernel(SUBJECT)
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     functions = cg.make_conjugate_gradients(precision)
     row_product = functions.row_product
     free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
@@ -137,6 +137,21 @@ def make_contact(precision: str) -> SimpleNamespace:
             kinds[i] = held
             x[i] = vec3()
 
+    @func
+    def linearised_friction(
+        n: vec3, bound: scalar, sliding: vec3, last: vec3, slowest: scalar, newton: bool
+    ):
+        # -bound v / |v|: by Newton's method where v has nearly settled, else by Picard's
+        speed = wp.max(wp.length(sliding), slowest)
+        direction = sliding / speed
+        force = vec3()
+        stiffness = (bound / speed) * (wp.identity(n=3, dtype=scalar) - wp.outer(n, n))
+        settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
+        if settled and newton:
+            force = -bound * direction
+            stiffness -= (bound / speed) * wp.outer(direction, direction)
+        return force, stiffness
+
     @kernel
     def update_modes(
         # model
@@ -212,18 +227,14 @@ def make_contact(precision: str) -> SimpleNamespace:
                     force = (bound / size) * trial
                     slip_velocities[i] = (scalar(-1.0) / weight) * trial
                 else:
-                    speed = wp.max(wp.length(sliding), tolerances[3])
-                    direction = sliding / speed
+                    direction = sliding / wp.max(wp.length(sliding), tolerances[3])
                     law = friction + bound * direction
                     if wp.length(law) > tolerances[2] * bound + tolerances[0]:
                         changed[c] = 1
-                    identity = wp.identity(n=3, dtype=scalar)
-                    stiffness = (bound / speed) * (identity - wp.outer(n, n))
-                    last = slip_velocities[i]
-                    settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
-                    if settled and counters[PASSES] < newton_passes:
-                        force = -bound * direction
-                        stiffness -= (bound / speed) * wp.outer(direction, direction)
+                    newton = counters[PASSES] < newton_passes
+                    force, stiffness = linearised_friction(
+                        n, bound, sliding, slip_velocities[i], tolerances[3], newton
+                    )
                     slip_velocities[i] = sliding
         if next_mode != mode:
             changed[c] = 1
