@@ -13,8 +13,9 @@ from warp_softbody.topology import Topology, starts
 
 IntArray = npt.NDArray[np.int32]
 
-MOST_UPDATES = 6_000_000
-"""Block updates beyond which a factor costs more memory and time than it saves."""
+MOST_UPDATES = 10_000_000
+"""Block updates beyond which a factor costs more memory and set-up time than it saves; a compact
+body of 10,000 tets needs 7 million, 80 MB and 2 s."""
 
 
 @dataclass(frozen=True, kw_only=True)
