@@ -1,4 +1,4 @@
-"""Balance: linear and angular momentum and the base (METHOD section 4; TRIAL's gains)."""
+"""Balance: linear and angular momentum and the base (docs/method.md section 4)."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 Method = Literal["qpcc", "static"]
 
 SHORTEST = 0.5
-"""Smallest activation l_d / l_0 (METHOD section 2)."""
+"""Smallest activation l_d / l_0 (docs/method.md section 2)."""
 
 STEP_OPTIONS = SolverOptions(max_qps=16, kicks=2)
 """What one step in real time may spend."""

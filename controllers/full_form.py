@@ -1,8 +1,8 @@
 """The QPCC with every complementarity pair written out, for checks apart from the pieces.
 
 Variables ``x = (u, per contact: f_n, beta_1..beta_m, lam)``; pairs ``0 <= L x + l0 _|_ R x + r0
->= 0`` in the order (f_n, w_n), (beta_j, d_j . w_t + lam), (lam, mu f_n - sum_j beta_j) of METHOD
-section 3.
+>= 0`` in the order (f_n, w_n), (beta_j, d_j . w_t + lam), (lam, mu f_n - sum_j beta_j) of
+docs/method.md, section 3.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The forward contact problem at given controls: Lemke's method on the polyhedral cone.
 
-Unknowns per contact (f_n, beta_1..beta_m, lam) as in METHOD section 3; the matrix is copositive,
-so that Lemke's method ends in a solution wherever one exists (Anitescu and Potra 1997). Ties in
-the ratio test are broken by a tiny fixed perturbation of the offsets; the modes read off the
-answer are then solved exactly, which takes the perturbation out again.
+Unknowns per contact (f_n, beta_1..beta_m, lam) as in docs/method.md section 3; the matrix is
+copositive, so that Lemke's method ends in a solution wherever one exists (Anitescu and Potra 1997).
+Ties in the ratio test are broken by a tiny fixed perturbation of the offsets; the modes read off
+the answer are then solved exactly, which takes the perturbation out again.
 """
 
 from __future__ import annotations

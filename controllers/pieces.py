@@ -1,6 +1,7 @@
 """Coulomb's law of one contact as a union of polyhedral cones of (force, velocity), its pieces.
 
-With m tangent directions a contact has 2 + 2m pieces, numbered by *mode* (METHOD section 5):
+With m tangent directions a contact has 2 + 2m pieces, numbered by *mode* (docs/method.md section
+5):
 
     0          lift: no force, w_n >= 0
     1          stick: w = 0, force in the polyhedral cone

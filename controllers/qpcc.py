@@ -1,8 +1,8 @@
-"""The contact QPCC of one control step (METHOD section 4, equation 11), free of any engine.
+"""The contact QPCC of one control step (docs/method.md section 4, equation 11), free of any engine.
 
 Minimise ``1/2 z'Qz + c'z + c0`` over the controls u and the contact impulses f, ``z = (u, f)``,
 subject to ``lower <= u <= upper`` and, for every contact, Coulomb's law on a linearised cone with
-m tangent directions d_j (METHOD section 3), where ``w = w0 + Wu u + Wf f`` is the contact
+m tangent directions d_j (docs/method.md section 3), where ``w = w0 + Wu u + Wf f`` is the contact
 velocity:
 
     0 <= f_n    _|_  w_n >= 0

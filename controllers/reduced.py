@@ -1,4 +1,4 @@
-"""One QP per choice of contact modes, with the contact forces eliminated (METHOD section 5).
+"""One QP per choice of contact modes, contact forces eliminated (docs/method.md section 5).
 
 With the piece of every contact fixed, forces are ``f = E y`` and ``T w = 0``: one small square
 system ``(T Wf E) y = -T (w0 + Wu u)`` makes them affine in the controls, and the QP that is left

@@ -1,4 +1,4 @@
-"""Search over contact modes (METHOD section 5): descent by flips, then best-first kicks.
+"""Search over contact modes (docs/method.md section 5): descent by flips, then best-first kicks.
 
 A node is the minimiser over one choice of modes. Its multipliers say, for every contact and every
 other piece that contains the point, whether that piece offers descent (``Node.slopes``); if none

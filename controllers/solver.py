@@ -31,7 +31,7 @@ def solve_qpcc(
     fallback_controls: FloatArray | None = None,
     options: SolverOptions | None = None,
 ) -> QPCCResult:
-    """Look for the best controls and contact modes (METHOD section 5).
+    """Look for the best controls and contact modes (docs/method.md section 5).
 
     The root is ``start`` if its QP is feasible, else all contacts sticking, else the modes of the
     forward contact problem at the fallback controls. From there flips descend to a local minimum,

@@ -1,4 +1,4 @@
-"""Corotational linear elasticity of four-node tets (METHOD section 1).
+"""Corotational linear elasticity of four-node tets (docs/method.md section 1).
 
 Per tet: deformation gradient F = Ds Dm^-1, rotation R = closest_rotation(F), S = R^T F, strain
 eps = sym(S) - I, first Piola-Kirchhoff stress P = R (2 mu eps + lambda tr(eps) I), nodal forces -V0

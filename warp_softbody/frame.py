@@ -12,7 +12,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 class ContactMode(IntEnum):
-    """What a touching point does (METHOD section 5)."""
+    """What a touching point does (docs/method.md section 5)."""
 
     LIFT = 0
     STICK = 1

@@ -10,7 +10,7 @@ from warp_softbody.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """Isotropic, linear in the corotated strain (METHOD section 1).
+    """Isotropic, linear in the corotated strain (docs/method.md section 1).
 
     Attributes:
         young_modulus: E, Pa, > 0.

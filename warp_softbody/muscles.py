@@ -1,4 +1,4 @@
-"""Muscle fibres: polylines whose segments contract (METHOD section 2; paper section 4)."""
+"""Muscle fibres: polylines whose segments contract (docs/method.md section 2; paper section 4)."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def test_it_stands_for_six_seconds(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("push", [0.3, 0.5])
 def test_it_recovers_from_a_push(push: float, tmp_path: Path) -> None:
-    """The base widens meanwhile, and part of it leaves the ground (METHOD section 6)."""
+    """The base widens meanwhile, and part of it leaves the ground."""
     measures = run(tmp_path, "--seconds", "6", "--set", f"push={push}")
     assert measures.tilt.max() > 10.0
     assert measures.tilt[-1] < 5.0

@@ -1,4 +1,4 @@
-"""Letter I keeps its balance after a push at the head (METHOD section 6, "balance I")."""
+"""Letter I keeps its balance after a push at the head (the paper's balancing I)."""
 
 from __future__ import annotations
 
