@@ -1,8 +1,8 @@
 """Objectives as a few linear rows in the next velocities v+ (docs/method.md section 4).
 
-Paper eq. 12-18. Every objective is ``sum_i weight_i (rows_i v+ - target_i)^2``; rows (k, 3n) act on velocities in
-node order (x, y, z of node 0, then of node 1, ...). Positions of the next step are x + dt v+, so
-position goals are rows too.
+Paper eq. 12-18. Every objective is ``sum_i weight_i (rows_i v+ - target_i)^2``; rows (k, 3n) act on
+velocities in node order (x, y, z of node 0, then of node 1, ...). Positions of the next step are x
++ dt v+, so position goals are rows too.
 """
 
 from __future__ import annotations
