@@ -50,7 +50,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         fixed: wp.array(dtype=int),
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
-        sign: scalar,
+        subtract: int,
         # in
         values: wp.array(dtype=mat33),
         right: wp.array2d(dtype=block),
@@ -59,14 +59,14 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         r: wp.array2d(dtype=block),
         partial: wp.array2d(dtype=block),
     ):
-        # r = right - A x and its squares; with sign 0 the squares are those of ``right``
+        # r = right - A x and its squares; without the product, only the squares of ``right``
         b, c = wp.tid()
         total = block()
         for i in range(c * chunk, wp.min((c + 1) * chunk, count)):
             r0 = block()
             r1 = block()
             r2 = block()
-            if sign != scalar(0.0):
+            if subtract != 0:
                 for k in range(row_start[i], row_start[i + 1]):
                     A = values[k]
                     j = 3 * column[k]
@@ -79,7 +79,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
             r0 = right[b, 3 * i] - r0
             r1 = right[b, 3 * i + 1] - r1
             r2 = right[b, 3 * i + 2] - r2
-            if sign != scalar(0.0):
+            if subtract != 0:
                 if fixed[i] != 0:
                     r0 = block()
                     r1 = block()

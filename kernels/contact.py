@@ -79,7 +79,6 @@ def make_contact(precision: str) -> SimpleNamespace:
     def detect(
         # model
         surface_nodes: wp.array(dtype=int),
-        fixed: wp.array(dtype=int),
         plane_normal: wp.array(dtype=vec3),
         plane: wp.array(dtype=scalar),
         step_factors: wp.array(dtype=scalar),

@@ -201,9 +201,9 @@ class Bridge:
         matrix = self._stepper.values
         chunks = (self._blocks, model.chunk_count)
         residual = [v["j"], v["x"]]
-        self._run(k.residual, chunks, [*size, *rows, 0.0, matrix, *residual], [v["r"], s["rr"]])
+        self._run(k.residual, chunks, [*size, *rows, 0, matrix, *residual], [v["r"], s["rr"]])
         self._run(k.set_targets, self._blocks, [self._tolerance, s["rr"]], [self._targets])
-        self._run(k.residual, chunks, [*size, *rows, 1.0, matrix, *residual], [v["r"], s["rr"]])
+        self._run(k.residual, chunks, [*size, *rows, 1, matrix, *residual], [v["r"], s["rr"]])
         ends = [self._old_product, self._counters]
         self._run(k.begin, 1, [s["rr"], self._targets], ends)
 

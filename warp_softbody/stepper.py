@@ -170,7 +170,6 @@ class Stepper:
         if m.contact_count:
             ground = [
                 a["surface_nodes"],
-                a["fixed"],
                 a["plane_normal"],
                 a["plane"],
                 a["step_factors"],
