@@ -138,17 +138,23 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         for i in range(count):
             node = order[i]
             known = vec3()
-            for s in range(row_start[i], row_start[i + 1]):
+            s = row_start[i]
+            last = row_start[i + 1]
+            while s < last:
                 known += lower[s] * work[column[s]]
+                s += 1
             work[i] = wp.transpose(turns[node]) * residual[node] - known
         for i in range(count):
             work[i] = pivot_inverse[i] * work[i]
         for back in range(count):
             i = count - 1 - back
             z = work[i]
-            for s in range(row_start[i], row_start[i + 1]):
+            s = row_start[i]
+            last = row_start[i + 1]
+            while s < last:
                 j = column[s]
                 work[j] = work[j] - wp.transpose(lower[s]) * z
+                s += 1
             node = order[i]
             result[node] = turns[node] * z
 

@@ -63,8 +63,11 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         x: wp.array(dtype=vec3),
     ):
         total = vec3()
-        for k in range(row_start[i], row_start[i + 1]):
+        k = row_start[i]
+        last = row_start[i + 1]
+        while k < last:
             total += values[k] * x[column[k]]
+            k += 1
         return total
 
     @func

@@ -15,12 +15,14 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warp_softbody.block_factor import Freedom
 from warp_softbody.errors import InputError
 from warp_softbody.kernels import block_gradients as bg
 from warp_softbody.kernels.block_gradients import make_block_gradients
+from warp_softbody.kernels.conjugate_gradients import FREE, HELD
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.kernels.precision import BLOCK
-from warp_softbody.linear_solver import Preconditioner
+from warp_softbody.preconditioner import make_preconditioner
 from warp_softbody.stepper import Stepper
 
 FloatArray = npt.NDArray[np.float64]
@@ -84,12 +86,10 @@ class Bridge:
         self._counters = model.zeros(bg.COUNTERS, wp.int32)
         self._tolerance = model.array([model.options.bridge_tolerance], types.scalar)
         self._last_rows = 0
-        self._preconditioner = Preconditioner(
-            model, stepper.values, stepper.node_rotations, cost=model.elimination.refresh_cost
-        )
-        # contact is not in the bridge's matrix: every velocity is free, nothing slides
-        self._unbound = (
-            model.zeros(model.node_count, wp.int32),
+        self._preconditioner = make_preconditioner(model, stepper.values, stepper.node_rotations)
+        # contact is not in the bridge's matrix: only fixed nodes are held, nothing slides
+        self._unbound = Freedom(
+            model.array(np.where(model.fixed, HELD, FREE), wp.int32),
             model.zeros(model.node_count, types.vec3),
             model.zeros(model.node_count, types.mat33),
         )
@@ -194,8 +194,8 @@ class Bridge:
         model, a, k = self._stepper.model, self._stepper.model.arrays, self._kernels
         v, s = self._vectors, self._sums
         if renew:
-            self._preconditioner.factorise(*self._unbound)
-        self._preconditioner.follow_rotations()
+            self._preconditioner.renew(self._unbound)
+        self._preconditioner.prepare(self._unbound)
         size = [model.chunk, model.node_count]
         rows = [a["fixed"], a["row_start"], a["column"]]
         matrix = self._stepper.values

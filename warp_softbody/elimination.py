@@ -9,13 +9,9 @@ import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from warp_softbody.topology import Topology, starts
+from warp_softbody.topology import Pattern, starts
 
 IntArray = npt.NDArray[np.int32]
-
-MOST_UPDATES = 10_000_000
-"""Block updates beyond which a factor costs more memory and set-up time than it saves; a compact
-body of 10,000 tets needs 7 million, 80 MB and 2 s."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,16 +42,16 @@ class Elimination:
 
 
 def _fill_pattern(
-    topology: Topology, free: npt.NDArray[np.bool_]
+    pattern: Pattern, free: npt.NDArray[np.bool_]
 ) -> tuple[IntArray, sparse.csc_array]:
     """Minimum-degree order of the node graph and the pattern of its factor."""
     count = len(free)
-    data = np.full(len(topology.column), -1.0)
-    rows = np.repeat(np.arange(count), np.diff(topology.row_start))
-    data[~(free[rows] & free[topology.column])] = 0.0
-    pattern = (data, topology.column, topology.row_start)
-    graph = sparse.csc_matrix(pattern, shape=(count, count), copy=True)
-    graph.setdiag(np.diff(topology.row_start).astype(np.float64) + 1.0)
+    data = np.full(len(pattern.column), -1.0)
+    rows = np.repeat(np.arange(count), np.diff(pattern.row_start))
+    data[~(free[rows] & free[pattern.column])] = 0.0
+    entries = (data, pattern.column, pattern.row_start)
+    graph = sparse.csc_matrix(entries, shape=(count, count), copy=True)
+    graph.setdiag(np.diff(pattern.row_start).astype(np.float64) + 1.0)
     graph.eliminate_zeros()
     factor = splu(
         graph,
@@ -82,15 +78,11 @@ def _updates(
     return np.concatenate(keys), np.concatenate(first), np.concatenate(second)
 
 
-def build_elimination(topology: Topology, fixed: npt.NDArray[np.bool_]) -> Elimination:
-    """Pattern for a mesh; beyond MOST_UPDATES only the diagonal blocks (block Jacobi) are kept."""
+def build_elimination(pattern: Pattern, fixed: npt.NDArray[np.bool_]) -> Elimination:
+    """Order, fill and update lists for a pattern."""
     count = len(fixed)
-    order, pattern = _fill_pattern(topology, ~fixed)
-    lengths = np.diff(pattern.indptr) - 1
-    updates = int((lengths.astype(np.int64) * (lengths - 1) // 2).sum())
-    if updates > MOST_UPDATES:
-        pattern = sparse.csc_array(sparse.eye_array(count, format="csc"))
-    entries = pattern.tocoo()
+    order, filled = _fill_pattern(pattern, ~fixed)
+    entries = filled.tocoo()
     below = entries.row > entries.col
     rows, columns = entries.row[below].astype(np.int64), entries.col[below].astype(np.int64)
     by_row = np.lexsort((columns, rows))
@@ -106,13 +98,13 @@ def build_elimination(topology: Topology, fixed: npt.NDArray[np.bool_]) -> Elimi
     )
     target_slot = np.searchsorted(keys, targets)
     by_target = np.argsort(target_slot, kind="stable")
-    diagonal = topology.diagonal_slot[order].copy()
+    diagonal = pattern.diagonal_slot[order].copy()
     diagonal[fixed[order]] = -1
     return Elimination(
         order=order,
         row_start=starts(rows, count),
         column=columns.astype(np.int32),
-        matrix_slot=_matrix_slots(topology, order[rows], order[columns], fixed),
+        matrix_slot=_matrix_slots(pattern, order[rows], order[columns], fixed),
         diagonal_slot=diagonal,
         update_start=starts(target_slot[by_target], len(keys)),
         update_pairs=np.stack([first, second], axis=1)[by_target].astype(np.int32),
@@ -120,12 +112,12 @@ def build_elimination(topology: Topology, fixed: npt.NDArray[np.bool_]) -> Elimi
 
 
 def _matrix_slots(
-    topology: Topology, rows: IntArray, columns: IntArray, fixed: npt.NDArray[np.bool_]
+    pattern: Pattern, rows: IntArray, columns: IntArray, fixed: npt.NDArray[np.bool_]
 ) -> IntArray:
     """Slot of block (row, column) in the matrix; -1 where it has none or a node is fixed."""
     count = len(fixed)
-    owner = np.repeat(np.arange(count), np.diff(topology.row_start)).astype(np.int64)
-    keys = owner * count + topology.column
+    owner = np.repeat(np.arange(count), np.diff(pattern.row_start)).astype(np.int64)
+    keys = owner * count + pattern.column
     wanted = rows.astype(np.int64) * count + columns
     slots = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
     found = (keys[slots] == wanted) & ~fixed[rows] & ~fixed[columns]

@@ -1,4 +1,4 @@
-"""Conjugate gradients on the device, and the factor that preconditions them."""
+"""Conjugate gradients on the device."""
 
 from __future__ import annotations
 
@@ -7,122 +7,9 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
-from warp_softbody.kernels.cholesky import make_cholesky
 from warp_softbody.kernels.conjugate_gradients import make_conjugate_gradients
 from warp_softbody.model import Model
-
-
-class Preconditioner:
-    """An L D L^T factor of an earlier matrix, warped by the rotations of the nodes since then.
-
-    It is stale when the iterations that a fresh factor would have saved would have paid for it; a
-    count, not a clock, so that runs repeat.
-    """
-
-    def __init__(self, model: Model, values: Any, node_rotations: Any, *, cost: float) -> None:
-        """Arrays for the factor of the matrix in ``values``; nothing is computed yet.
-
-        ``cost`` is that of one factorisation in units of the iterations it is used for.
-        """
-        types, count = model.types, len(model.elimination.column)
-        self._model = model
-        self._values = values
-        self._node_rotations = node_rotations
-        self._cost = cost
-        self._excess = float("inf")
-        self._kernels = make_cholesky(model.options.precision)
-        self._upper = model.zeros(count, types.mat33)
-        self._lower = model.zeros(count, types.mat33)
-        self._pivot_inverse = model.zeros(model.node_count, types.mat33)
-        self._factor_rotations = model.zeros(model.node_count, types.mat33)
-        self._turns = model.zeros(model.node_count, types.mat33)
-        self._work = model.zeros(model.node_count, types.vec3)
-
-    @property
-    def stale(self) -> bool:
-        """Whether a new factor is due."""
-        return self._excess > self._cost
-
-    def renewed(self) -> None:
-        """Note that the factor is of the present matrix."""
-        self._excess = 0.0
-
-    def used(self, iterations: int, fresh: int) -> None:
-        """Count iterations beyond those that even a fresh factor would have needed."""
-        self._excess += max(0, iterations - fresh)
-
-    def factorise(self, kinds: Any, normals: Any, slip_stiffness: Any) -> None:
-        """Launch the factorisation of the present matrix on the velocities left free."""
-        a, n = self._model.arrays, self._model.node_count
-        wp.launch(
-            self._kernels.factorise,
-            dim=1,
-            inputs=[
-                n,
-                a["factor_row_start"],
-                a["factor_column"],
-                a["factor_matrix_slot"],
-                a["factor_diagonal_slot"],
-                a["update_start"],
-                a["update_pairs"],
-                a["order"],
-                self._values,
-                kinds,
-                normals,
-                slip_stiffness,
-            ],
-            outputs=[self._upper, self._lower, self._pivot_inverse],
-            device=self._model.options.device,
-        )
-        wp.launch(
-            self._kernels.keep_rotations,
-            dim=n,
-            inputs=[self._node_rotations],
-            outputs=[self._factor_rotations],
-            device=self._model.options.device,
-        )
-
-    def follow_rotations(self) -> None:
-        """Launch the update of each node's rotation since the factorisation."""
-        wp.launch(
-            self._kernels.node_turns,
-            dim=self._model.node_count,
-            inputs=[self._node_rotations, self._factor_rotations],
-            outputs=[self._turns],
-            device=self._model.options.device,
-        )
-
-    def _factor(self) -> list[Any]:
-        a = self._model.arrays
-        return [
-            self._model.node_count,
-            a["order"],
-            a["factor_row_start"],
-            a["factor_column"],
-            self._lower,
-            self._pivot_inverse,
-            self._turns,
-        ]
-
-    def apply(self, residual: Any, result: Any) -> None:
-        """Launch result = P residual, (n,) vec3."""
-        wp.launch(
-            self._kernels.precondition,
-            dim=1,
-            inputs=[*self._factor(), residual],
-            outputs=[self._work, result],
-            device=self._model.options.device,
-        )
-
-    def apply_block(self, residual: Any, work: Any, result: Any) -> None:
-        """Launch result = P residual for blocks (blocks, 3n)."""
-        wp.launch(
-            self._kernels.precondition_block,
-            dim=residual.shape[0],
-            inputs=[*self._factor(), residual],
-            outputs=[work, result],
-            device=self._model.options.device,
-        )
+from warp_softbody.preconditioner import Preconditioner
 
 
 class ConjugateGradients:

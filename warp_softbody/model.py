@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warp_softbody.aggregation import Aggregation, build_aggregation, coarse_matrix
 from warp_softbody.elimination import Elimination, build_elimination
 from warp_softbody.kernels.precision import Real, real
 from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout
 from warp_softbody.options import SimulationOptions
+from warp_softbody.rest_matrix import rest_matrix
 from warp_softbody.scene import Scene
 from warp_softbody.topology import Topology, build_topology
 
@@ -21,6 +23,10 @@ Arrays = dict[str, Any]
 
 CHUNKS = 64
 """Pieces that sums over nodes are cut into; fixed, so that a sum does not depend on the machine."""
+
+
+LARGEST_FACTOR = 1000
+"""Nodes beyond which two levels cost less than a factor, by measurement."""
 
 
 def lumped_masses(
@@ -39,7 +45,10 @@ class Model:
     Attributes:
         scene: what is simulated.
         options: how.
-        topology, elimination, muscles: index arrays on the host.
+        topology, muscles: index arrays on the host.
+        elimination: of the matrix that is factorised, the coarse one where there are aggregates.
+        aggregation: of the nodes of a large body; None for others.
+        fixed: (n,) bool.
         masses: (n,) kg, float64 on the host.
         types: Warp types of the precision.
         arrays: device arrays by the name of the kernel argument they are handed to.
@@ -49,6 +58,8 @@ class Model:
     options: SimulationOptions
     topology: Topology
     elimination: Elimination
+    aggregation: Aggregation | None
+    fixed: npt.NDArray[np.bool_]
     muscles: MuscleLayout
     masses: FloatArray
     types: Real
@@ -73,6 +84,17 @@ class Model:
     def contact_count(self) -> int:
         """Number of nodes that can touch the ground; 0 without a ground."""
         return 0 if self.scene.ground is None else len(self.scene.character.mesh.surface_nodes)
+
+    @property
+    def coarse_values(self) -> FloatArray:
+        """The coarse level's matrix at rest, (coarse blocks, 3, 3)."""
+        assert self.aggregation is not None
+        character, dt = self.scene.character, self.options.time_step
+        material = character.material
+        mass_factor = 1.0 + dt * material.mass_damping
+        factors = (mass_factor, dt * material.stiffness_damping + dt * dt)
+        body = (character.mesh, self.topology, material, self.masses)
+        return coarse_matrix(self.aggregation, self.topology, rest_matrix(*body, *factors))
 
     @property
     def chunk(self) -> int:
@@ -100,24 +122,32 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
     topology = build_topology(mesh.tets, len(mesh.points))
     fixed = np.zeros(len(mesh.points), dtype=bool)
     fixed[character.fixed] = True
+    aggregation = None
+    elimination = None
+    if len(mesh.points) > LARGEST_FACTOR:
+        aggregation = build_aggregation(topology, fixed, mesh.points)
+        none = np.zeros(2 * aggregation.count, dtype=bool)
+        elimination = build_elimination(aggregation.pattern, none)
     model = Model(
         scene=scene,
         options=options,
         topology=topology,
-        elimination=build_elimination(topology, fixed),
+        elimination=elimination or build_elimination(topology, fixed),
+        aggregation=aggregation,
+        fixed=fixed,
         muscles=build_muscle_layout(character),
         masses=lumped_masses(mesh.points, mesh.tets, mesh.volumes, character.material.density),
         types=real(options.precision),
         arrays={},
     )
-    model.arrays.update(_body_arrays(model, fixed))
-    model.arrays.update(_factor_arrays(model))
+    model.arrays.update(_body_arrays(model))
+    model.arrays.update(_aggregate_arrays(model))
     model.arrays.update(_muscle_arrays(model))
     model.arrays.update(_ground_arrays(model))
     return model
 
 
-def _body_arrays(model: Model, fixed: npt.NDArray[np.bool_]) -> Arrays:
+def _body_arrays(model: Model) -> Arrays:
     types, topology = model.types, model.topology
     mesh, material = model.scene.character.mesh, model.scene.character.material
     corners = mesh.points[mesh.tets]
@@ -136,7 +166,7 @@ def _body_arrays(model: Model, fixed: npt.NDArray[np.bool_]) -> Arrays:
         "step_factors": model.array(factors, types.scalar),
         "gravity": model.array([model.scene.gravity], types.vec3),
         "mass": model.array(model.masses, types.scalar),
-        "fixed": model.array(fixed.astype(np.int32), wp.int32),
+        "fixed": model.array(model.fixed.astype(np.int32), wp.int32),
         "row_start": model.array(topology.row_start, wp.int32),
         "column": model.array(topology.column, wp.int32),
         "diagonal_slot": model.array(topology.diagonal_slot, wp.int32),
@@ -149,16 +179,15 @@ def _body_arrays(model: Model, fixed: npt.NDArray[np.bool_]) -> Arrays:
     }
 
 
-def _factor_arrays(model: Model) -> Arrays:
-    elimination = model.elimination
+def _aggregate_arrays(model: Model) -> Arrays:
+    aggregation = model.aggregation
+    if aggregation is None:
+        return {}
     return {
-        "order": model.array(elimination.order, wp.int32),
-        "factor_row_start": model.array(elimination.row_start, wp.int32),
-        "factor_column": model.array(elimination.column, wp.int32),
-        "factor_matrix_slot": model.array(elimination.matrix_slot, wp.int32),
-        "factor_diagonal_slot": model.array(elimination.diagonal_slot, wp.int32),
-        "update_start": model.array(elimination.update_start, wp.int32),
-        "update_pairs": model.array(elimination.update_pairs, wp.vec2i),
+        "aggregate_of": model.array(aggregation.aggregate_of, wp.int32),
+        "aggregate_start": model.array(aggregation.start, wp.int32),
+        "aggregate_nodes": model.array(aggregation.nodes, wp.int32),
+        "offsets": model.array(aggregation.offsets, model.types.vec3),
     }
 
 

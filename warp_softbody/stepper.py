@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody.block_factor import Freedom
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels import contact as contact_kernels
 from warp_softbody.kernels.contact import make_contact
 from warp_softbody.kernels.elasticity import make_elasticity
 from warp_softbody.kernels.muscles import make_muscles
-from warp_softbody.linear_solver import ConjugateGradients, Preconditioner
+from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
+from warp_softbody.preconditioner import make_preconditioner
 from warp_softbody.state import Contacts, Control, State
 
 FRESH_ITERATIONS = 3
@@ -74,9 +76,7 @@ class Stepper:
         self._x = model.zeros(n, types.vec3)
         self._normal_velocity = model.zeros(model.contact_count, types.scalar)
         self._changed = model.zeros(model.contact_count, wp.int32)
-        self._preconditioner = Preconditioner(
-            model, self.values, self.node_rotations, cost=model.elimination.refresh_cost
-        )
+        self._preconditioner = make_preconditioner(model, self.values, self.node_rotations)
         self._solver = ConjugateGradients(model, self.values, self._preconditioner)
         self._graphs: dict[tuple[Any, ...], Any] = {}
 
@@ -185,11 +185,10 @@ class Stepper:
             outputs = [self._solver.kinds, self._x]
             self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
         self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self._x])
+        freedom = Freedom(self._solver.kinds, self._solver.normals, contacts.slip_stiffness)
         if renew:
-            solver = self._solver
-            slip_stiffness = contacts.slip_stiffness
-            self._preconditioner.factorise(solver.kinds, solver.normals, slip_stiffness)
-        self._preconditioner.follow_rotations()
+            self._preconditioner.renew(freedom)
+        self._preconditioner.prepare(freedom)
         self._solver.solve(self._right_with_slip, contacts.slip_stiffness, self._x)
 
     def _launch_contact(self, state: State, contacts: Contacts, after: State) -> None:

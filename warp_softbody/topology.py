@@ -11,12 +11,24 @@ IntArray = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Topology:
-    """Sparsity of the 3 x 3 block matrix of a mesh, and gather lists for its assembly.
+class Pattern:
+    """Sparsity of a symmetric matrix of 3 x 3 blocks.
 
     Attributes:
-        row_start, column: CSR of the full symmetric block pattern, diagonal included.
+        row_start, column: CSR of the full pattern, diagonal included, columns in rising order.
         diagonal_slot: (n,) position of each row's diagonal block.
+    """
+
+    row_start: IntArray
+    column: IntArray
+    diagonal_slot: IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Topology(Pattern):
+    """The pattern of a mesh's matrix, and gather lists for its assembly.
+
+    Attributes:
         edge_start: (e + 1,) into the lists of tets around each edge.
         edge_corners: (.., 2) slots 4 tet + corner at the edge's lower and higher node.
         edge_slots: (e, 2) matrix slots of the block and of its transpose.
@@ -24,9 +36,6 @@ class Topology:
         node_corners: slot 4 tet + corner of each entry.
     """
 
-    row_start: IntArray
-    column: IntArray
-    diagonal_slot: IntArray
     edge_start: IntArray
     edge_corners: IntArray
     edge_slots: IntArray

@@ -9,13 +9,15 @@ import numpy.typing as npt
 import pytest
 import warp as wp
 
-from tests.bodies import EXACT, Rig, box, crumpled, epsilon, rig, turn
+from tests.bodies import EXACT, Rig, box, crumpled, epsilon, numbers, rig, turn
 from tests.verification import reference
-from warp_softbody import elimination
-from warp_softbody.linear_solver import Preconditioner
+from warp_softbody import model as model_module
+from warp_softbody.block_factor import Freedom
+from warp_softbody.kernels.conjugate_gradients import HELD
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.options import Precision
+from warp_softbody.preconditioner import Preconditioner, WarpedFactor, make_preconditioner
 
 FloatArray = npt.NDArray[np.float64]
 STIFF = Material(young_modulus=1e6, poisson_ratio=0.4, stiffness_damping=0.02)
@@ -40,16 +42,23 @@ def cut(matrix: FloatArray, fixed: Any) -> FloatArray:
     return matrix
 
 
-def factor_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Preconditioner:
-    """The factor of the matrix as assembled; kinds (n,) and slip stiffness (n, 3, 3) of contact."""
+def freedom_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Freedom:
+    """Kinds (n,) and slip stiffness (n, 3, 3) of contact; fixed nodes are held."""
     model, types, n = body.model, body.model.types, body.model.node_count
-    stepper = body.stepper
-    factor = Preconditioner(model, stepper.values, stepper.node_rotations, cost=1.0)
-    factor.factorise(
-        model.array(np.broadcast_to(np.int32(kinds), n), wp.int32),
+    kinds = np.where(model.fixed, HELD, np.broadcast_to(np.int32(kinds), n))
+    return Freedom(
+        model.array(kinds, wp.int32),
         model.array(np.tile(NORMAL, (n, 1)), types.vec3),
         model.array(np.broadcast_to(np.float64(slip), (n, 3, 3)), types.mat33),
     )
+
+
+def factor_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Preconditioner:
+    """The preconditioner of the matrix as assembled, on what contact leaves free."""
+    stepper, freedom = body.stepper, freedom_of(body, kinds, slip)
+    factor = make_preconditioner(body.model, stepper.values, stepper.node_rotations)
+    factor.renew(freedom)
+    factor.prepare(freedom)
     return factor
 
 
@@ -57,7 +66,6 @@ def preconditioned(body: Rig, factor: Preconditioner, vectors: FloatArray) -> Fl
     """P applied to the columns of (3n, k), turned with the nodes as they are now."""
     types, n = body.model.types, body.model.node_count
     result = body.model.zeros(n, types.vec3)
-    factor.follow_rotations()
     columns = []
     for column in vectors.T:
         factor.apply(body.model.array(column.reshape(n, 3), types.vec3), result)
@@ -81,12 +89,13 @@ def test_factor_multiplies_out_to_the_matrix() -> None:
     body, matrix = assembled(box((2, 2, 3), jitter=0.2), FIXED, precision="float64")
     e, n = body.model.elimination, body.model.node_count
     factor = factor_of(body)
+    assert isinstance(factor, WarpedFactor)
     lower = np.zeros((n, 3, n, 3))
     rows = np.repeat(np.arange(n), np.diff(e.row_start))
-    lower[rows, :, e.column, :] = factor._lower.numpy()
+    lower[rows, :, e.column, :] = numbers(factor.factor.lower)
     lower[np.arange(n), :, np.arange(n), :] = np.eye(3)
     pivots = np.zeros((n, 3, n, 3))
-    pivots[np.arange(n), :, np.arange(n), :] = np.linalg.inv(factor._pivot_inverse.numpy())
+    pivots[np.arange(n), :, np.arange(n), :] = np.linalg.inv(numbers(factor.factor.pivot_inverse))
     L, D = lower.reshape(3 * n, 3 * n), pivots.reshape(3 * n, 3 * n)
     dofs = (3 * e.order[:, None] + np.arange(3)).ravel()
     expected = matrix[np.ix_(dofs, dofs)]
@@ -131,18 +140,19 @@ def test_kept_factor_turns_with_the_body() -> None:
     factor = factor_of(body)
     body.place(body.positions @ turn((1.0, 0.3, -2.0), 1.9).T)
     body.stepper.assemble(body.state)
+    factor.prepare(freedom_of(body))
     matrix = reference.step_matrix(body.model, body.positions)
     inverse = preconditioned(body, factor, np.eye(len(matrix)))
     np.testing.assert_allclose(inverse @ matrix, np.eye(len(matrix)), atol=1e-9)
 
 
 @pytest.mark.parametrize("fixed", [(), FIXED])
-@pytest.mark.parametrize("most_updates", [elimination.MOST_UPDATES, 0])
+@pytest.mark.parametrize("largest_factor", [model_module.LARGEST_FACTOR, 0])
 def test_conjugate_gradients_equal_a_dense_solve(
-    fixed: Any, most_updates: int, monkeypatch: pytest.MonkeyPatch
+    fixed: Any, largest_factor: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With the whole factor, and with block Jacobi as for a large mesh."""
-    monkeypatch.setattr(elimination, "MOST_UPDATES", most_updates)
+    """With the whole factor, and with two levels as for a large mesh."""
+    monkeypatch.setattr(model_module, "LARGEST_FACTOR", largest_factor)
     mesh = box((2, 2, 3), jitter=0.2)
     body, matrix = assembled(mesh, fixed, **EXACT)
     rng = np.random.default_rng(1)
@@ -163,21 +173,8 @@ def test_conjugate_gradients_equal_a_dense_solve(
     np.testing.assert_allclose(body.velocities, expected, atol=10 * bound)
 
 
-def test_block_jacobi_keeps_the_diagonal_blocks_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(elimination, "MOST_UPDATES", 0)
-    body, matrix = assembled(box((2, 2, 3), jitter=0.2), FIXED, precision="float64")
-    assert len(body.model.elimination.column) == 0
-    inverse = preconditioned(body, factor_of(body), np.eye(len(matrix)))
-    n = len(matrix) // 3
-    expected = np.zeros((n, 3, n, 3))
-    diagonal = matrix.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n), :]
-    expected[np.arange(n), :, np.arange(n), :] = np.linalg.inv(diagonal)
-    found = inverse.reshape(n, 3, n, 3)
-    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
-
-
 def test_unconverged_solve_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(elimination, "MOST_UPDATES", 0)
+    monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
     mesh = box((2, 2, 3), jitter=0.2)
     body = rig(mesh, material=STIFF, max_iterations=2, **EXACT)
     body.place(crumpled(mesh))

@@ -1,0 +1,85 @@
+"""A sparse block L D L^T factor on the device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warp_softbody.elimination import Elimination
+from warp_softbody.kernels.cholesky import make_cholesky
+from warp_softbody.kernels.precision import Real
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """Which velocities contact leaves free; device arrays over nodes.
+
+    Attributes:
+        kinds: FREE, SLIDES or HELD of ``kernels.conjugate_gradients``.
+        normals: vec3, of the plane on which a node slides.
+        slip_stiffness: mat33 kg, added to the diagonal blocks.
+    """
+
+    kinds: Any
+    normals: Any
+    slip_stiffness: Any
+
+
+class BlockFactor:
+    """Factorises a matrix of 3 x 3 blocks and solves with the factor; launches are capturable."""
+
+    def __init__(self, elimination: Elimination, types: Real, device: str) -> None:
+        """Arrays for the factor; nothing is computed yet."""
+        self._device = device
+        self._count = len(elimination.order)
+        self._kernels = make_cholesky(types.name)
+        entries = len(elimination.column)
+        self.lower = wp.zeros(entries, dtype=types.mat33, device=device)
+        self.pivot_inverse = wp.zeros(self._count, dtype=types.mat33, device=device)
+        self._upper = wp.zeros(entries, dtype=types.mat33, device=device)
+        self._work = wp.zeros(self._count, dtype=types.vec3, device=device)
+
+        def integers(values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
+            return wp.array(values, dtype=dtype, device=device)
+
+        self._order = integers(elimination.order)
+        self._row_start = integers(elimination.row_start)
+        self._column = integers(elimination.column)
+        self._matrix_slot = integers(elimination.matrix_slot)
+        self._diagonal_slot = integers(elimination.diagonal_slot)
+        self._update_start = integers(elimination.update_start)
+        self._update_pairs = integers(elimination.update_pairs, wp.vec2i)
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
+
+    def factorise(self, values: Any, freedom: Freedom) -> None:
+        """Launch the factorisation of a matrix on the velocities left free."""
+        structure = [self._row_start, self._column, self._matrix_slot, self._diagonal_slot]
+        updates = [self._update_start, self._update_pairs, self._order]
+        contact = [freedom.kinds, freedom.normals, freedom.slip_stiffness]
+        self._launch(
+            self._kernels.factorise,
+            1,
+            [self._count, *structure, *updates, values, *contact],
+            [self._upper, self.lower, self.pivot_inverse],
+        )
+
+    def _solve_inputs(self, turns: Any) -> list[Any]:
+        structure = [self._count, self._order, self._row_start, self._column]
+        return [*structure, self.lower, self.pivot_inverse, turns]
+
+    def solve(self, turns: Any, residual: Any, result: Any) -> None:
+        """Launch result = Q (L D L^T)^-1 Q^T residual, vectors (count,) vec3, Q the turns."""
+        inputs = [*self._solve_inputs(turns), residual]
+        self._launch(self._kernels.precondition, 1, inputs, [self._work, result])
+
+    def solve_block(self, turns: Any, residual: Any, work: Any, result: Any) -> None:
+        """Launch the same for blocks (blocks, 3 count)."""
+        inputs = [*self._solve_inputs(turns), residual]
+        blocks = residual.shape[0]
+        self._launch(self._kernels.precondition_block, blocks, inputs, [work, result])
