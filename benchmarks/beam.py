@@ -1,138 +1,146 @@
-"""A clamped beam sags under its weight: milliseconds a step, iterations and sag by mesh size.
+"""A clamped beam sags under its weight: ours and, on request, other programs side by side in turn.
 
-The beam is 1 x 0.2 x 0.2 m, clamped at x = 0, E = 1e6 Pa, nu = 0.4, rho = 1000 kg/m^3, dt = 0.01 s,
-on a regular grid of six tets a cell. The sag is that of the tip face after four seconds with heavy
-stiffness damping; corotational four-node tets on the same meshes sag 0.21750, 0.30479 and 0.32690 m
-at rest (VegaFEM).
+The beam is 1 x 0.2 x 0.2 m, clamped at x = 0, E = 1e6 Pa, nu = 0.4, rho = 1000 kg/m^3, g = 9.81
+m/s^2, undamped, on a regular grid of six tets a cell, stepped by dt = 0.01 s from the straight
+shape. Every solver uses one thread. With --peers, ours, MuJoCo (flex, integrator `discrete`) and a
+step of our equations by NumPy and Pardiso take a few steps each in turn; ratios are of medians in
+this one run. MuJoCo runs twice: with our tolerance and as many iterations as that takes, and with
+its default cap of 100 iterations, at which its solve may stop short. Where a number is not to be
+had it is a dash, in JSON null.
+
+--json prints a list of objects, one a size and solver:
+  tets, solver, steps    what was timed, and how many steps
+  setup_ms               model and first step, ms; compiling kernels is not counted
+  step_ms                median, ms, with step_ms_p10 and step_ms_p90 for the spread
+  step_ratio             step_ms over that of ours
+  assembly_ms            forces and matrix alone, ms: of ours, Stepper.assemble timed apart, of
+                         Pardiso, the NumPy part of a step; assembly_ns_per_tet the same by tet
+  solve_ms               of Pardiso, factorise and solve, ms; solve_ratio is solve_ms over the
+                         step_ms of ours, the whole step
+  iterations             of conjugate gradients, mean a step; MuJoCo does not tell
+  unconverged_steps      steps whose linear solve stopped before its tolerance
+  residual               |b - A v+| / |b| over the nodes not clamped, recomputed in double precision
+                         by NumPy from the states before and after the first, middle and last step,
+                         their maximum; rounding of A and b to single precision counts as residual.
+                         Of MuJoCo, whose law is another, the largest that its own warnings name,
+                         relative to the right-hand side of its own solve; null: it named none
+  sag                    fall of the tip face at rest, m, from steps of 0.5 s; null: it did not come
+                         to rest in 60 of them, or a peer of more than 20,000 tets. Corotational
+                         four-node tets on these meshes sag 0.21750, 0.30479 and 0.32690 m (VegaFEM,
+                         static), St. Venant-Kirchhoff ones, as MuJoCo's, 0.21536 and 0.30433 m
 """
 
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
-import time
-from dataclasses import asdict, dataclass
+import sys
+from dataclasses import asdict
+from functools import partial
 
-import numpy as np
-import numpy.typing as npt
-
-from warp_softbody import Character, Material, Scene, SimulationOptions, Stepper, TetMesh
-from warp_softbody import build_model as build
+from benchmarks.beam_ours import OurBeam
+from benchmarks.cantilever import CELLS, TIME_STEP, Cantilever, cantilever
+from benchmarks.corotation import CorotationalSystem
+from benchmarks.peers import missing_peer
+from benchmarks.peers.mujoco_flex import MujocoBeam
+from benchmarks.peers.pardiso_step import PardisoBeam
+from benchmarks.rounds import enter, run_in_turn
+from benchmarks.solver import Make, static_sag
+from benchmarks.table import Result, summarise, table
+from warp_softbody import SimulationOptions
 from warp_softbody.cli.engine import warp_engine
-from warp_softbody.state import Contacts, Control, State
-from warp_softbody.stepper import StepStatistics
+from warp_softbody.options import Precision
 
-FloatArray = npt.NDArray[np.float64]
-CELLS = {810: 3, 10_290: 7, 51_840: 12}
+PEER_SAG_LIMIT = 20_000
+"""Tets up to which peers are also let come to rest."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class Result:
-    """One size; times in ms, lengths in m."""
-
-    tets: int
-    solver: str
-    setup_ms: float
-    step_ms: float
-    step_ms_p95: float
-    iterations: float
-    sag: float
+ENOUGH_ITERATIONS = 10_000
+DEFAULT_ITERATIONS = 100
 
 
-def beam_mesh(cells: int) -> TetMesh:
-    """A grid of 5 n x n x n cells of six Kuhn tets each."""
-    counts = np.array([5 * cells, cells, cells])
-    axes = [
-        np.linspace(0.0, size, count + 1)
-        for size, count in zip((1.0, 0.2, 0.2), counts, strict=True)
-    ]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    corners = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3)
-    strides = np.array([(counts[1] + 1) * (counts[2] + 1), counts[2] + 1, 1])
-    tets = []
-    for order in itertools.permutations(range(3)):
-        path = np.cumsum([np.zeros(3, int), *np.eye(3, dtype=int)[list(order)]], axis=0)
-        tets.append((corners[:, None, :] + path) @ strides)
-    return TetMesh.from_arrays(points, np.concatenate(tets))
+def solvers(precision: Precision, *, peers: bool) -> dict[str, Make]:
+    """What is timed, ours first, by name."""
+    made: dict[str, Make] = {f"warp_softbody {precision}": partial(OurBeam, precision=precision)}
+    if peers:
+        tolerance = SimulationOptions(precision=precision).solver_tolerance
+        flex = partial(MujocoBeam, tolerance=tolerance)
+        made["mujoco"] = partial(flex, iterations=ENOUGH_ITERATIONS)
+        made["mujoco 100 iterations"] = partial(flex, iterations=DEFAULT_ITERATIONS)
+        made["pypardiso"] = PardisoBeam
+    return made
 
 
-class Beam:
-    """A beam with two states that are swapped."""
-
-    def __init__(self, mesh: TetMesh, precision: str, damping: float) -> None:
-        """Build the model of a beam with a stiffness damping in s."""
-        material = Material(young_modulus=1e6, poisson_ratio=0.4, stiffness_damping=damping)
-        fixed = np.flatnonzero(mesh.points[:, 0] < 1e-9).astype(np.int32)
-        body = Character(name="beam", mesh=mesh, material=material, fixed=fixed)
-        options = SimulationOptions(time_step=0.01, precision=precision)  # type: ignore[arg-type]
-        self.model = build(Scene(character=body), options)
-        self._stepper = Stepper(self.model)
-        self._states = [State.at_rest(self.model), State.at_rest(self.model)]
-        self._control, self._contacts = Control.slack(self.model), Contacts.none(self.model)
-
-    def step(self) -> StepStatistics:
-        """One step of 0.01 s."""
-        now, after = self._states
-        statistics = self._stepper.step(now, self._control, self._contacts, after)
-        self._states.reverse()
-        return statistics
-
-    def sag(self) -> float:
-        """Mean fall of the tip face, m."""
-        rest = self.model.scene.character.mesh.points
-        tip = rest[:, 0] > 1.0 - 1e-9
-        return float((rest - self._states[0].positions.numpy())[tip, 2].mean())
+def measure(tets: int, makes: dict[str, Make], steps: int) -> list[Result]:
+    """Time all solvers on one mesh and let them come to rest."""
+    beam = cantilever(tets)
+    entrants = []
+    for name, make in makes.items():
+        _progress(f"{tets} tets: setting up {name}")
+        entrants.append(enter(make, beam))
+    system = CorotationalSystem(beam, TIME_STEP)
+    run_in_turn(entrants, steps, system, lambda done: _progress(f"{tets} tets: {done} steps"))
+    results = []
+    for place, (name, make) in enumerate(makes.items()):
+        sag = None
+        if place == 0 or tets <= PEER_SAG_LIMIT:
+            _progress(f"{tets} tets: {name} comes to rest")
+            sag = static_sag(make, beam)
+        results.append(summarise(name, entrants[place], entrants[0], tets, sag))
+    _progress("")
+    return results
 
 
-def measure(tets: int, precision: str, steps: int) -> Result:
-    """Time ``steps`` steps from the straight beam on, and let another one come to rest."""
-    mesh = beam_mesh(CELLS[tets])
-    begun = time.perf_counter()
-    beam = Beam(mesh, precision, damping=0.0)
-    beam.step()
-    setup = time.perf_counter() - begun
-    times, iterations = [], []
-    for _ in range(steps):
-        begun = time.perf_counter()
-        iterations.append(beam.step().iterations)
-        times.append(1e3 * (time.perf_counter() - begun))
-    resting = Beam(mesh, precision, damping=0.2)
-    for _ in range(400):
-        resting.step()
-    return Result(
-        tets=len(mesh.tets),
-        solver=f"warp_softbody {precision}",
-        setup_ms=1e3 * setup,
-        step_ms=float(np.median(times)),
-        step_ms_p95=float(np.percentile(times, 95)),
-        iterations=float(np.mean(iterations)),
-        sag=resting.sag(),
-    )
+def _progress(text: str) -> None:
+    """Overwrite a line, on a terminal only."""
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+
+
+def _sizes(text: str) -> list[int]:
+    known = ", ".join(map(str, CELLS))
+    for size in text.split(","):
+        if not size.strip().isdecimal() or int(size) not in CELLS:
+            raise argparse.ArgumentTypeError(f"no mesh of {size!r} tets; known: {known}")
+    return [int(size) for size in text.split(",")]
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"must be a whole number above 0, got {text!r}")
+    return int(text)
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Print a table, or JSON."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.beam", description=__doc__)
-    parser.add_argument("--tets", default="810,10290", help="sizes out of 810, 10290, 51840")
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.beam",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--tets", type=_sizes, default="810,10290", help="out of 810,10290,51840")
     parser.add_argument("--precision", default="float32", choices=("float32", "float64"))
-    parser.add_argument("--steps", type=int, default=100)
+    parser.add_argument("--steps", type=_count, default=100, help="timed steps of each solver")
+    parser.add_argument("--peers", action="store_true", help="also time MuJoCo and Pardiso")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
-    sizes = [int(size) for size in options.tets.split(",")]
-    if unknown := [size for size in sizes if size not in CELLS]:
-        parser.error(f"--tets: no mesh of {unknown[0]} tets; known: {', '.join(map(str, CELLS))}")
+    if options.peers and (problem := missing_peer()):
+        parser.error(problem)
+    makes = solvers(options.precision, peers=options.peers)
+    results: list[Result] = []
     with warp_engine("cpu", on_compile=lambda: None):
-        results = [measure(size, options.precision, options.steps) for size in sizes]
+        _compile(next(iter(makes.values())), cantilever(min(CELLS)))
+        for size in options.tets:
+            results += measure(size, makes, options.steps)
     if options.json:
         print(json.dumps([asdict(result) for result in results]))
-        return
-    print("   tets  setup ms  step ms     p95  iterations  sag m")
-    for r in results:
-        print(
-            f"{r.tets:7d} {r.setup_ms:9.0f} {r.step_ms:8.2f} {r.step_ms_p95:7.2f}"
-            f" {r.iterations:11.1f}  {r.sag:.5f}"
-        )
+    else:
+        print(table(results))
+
+
+def _compile(make: Make, beam: Cantilever) -> None:
+    """Have the kernels compiled before any clock starts."""
+    _progress("compiling")
+    make(beam, TIME_STEP).step()
 
 
 if __name__ == "__main__":
