@@ -89,14 +89,17 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     def set_target(
         # model
         relative_tolerance: wp.array(dtype=wp.float64),
+        fixed: wp.array(dtype=int),
         # in
         momentum: wp.array(dtype=vec3),
         # out
         scalars: wp.array(dtype=wp.float64),
     ):
+        # a fixed node's right-hand side is what holds it, and is no measure of the motion
         total = wp.float64(0.0)
         for i in range(momentum.shape[0]):
-            total += double_dot(momentum[i], momentum[i])
+            if fixed[i] == 0:
+                total += double_dot(momentum[i], momentum[i])
         tolerance = relative_tolerance[0]
         scalars[TARGET_SQUARE] = tolerance * tolerance * total
 

@@ -41,9 +41,10 @@ class ConjugateGradients:
         )
 
     def set_target(self, momentum: Any) -> None:
-        """Launch the stopping residual: the tolerance times |momentum|."""
-        tolerance = self._model.arrays["tolerance"]
-        self._launch(self._kernels.set_target, [tolerance, momentum], [self.scalars], dim=1)
+        """Launch the stopping residual: the tolerance times |momentum| over the nodes that can move."""
+        a = self._model.arrays
+        inputs = [a["tolerance"], a["fixed"], momentum]
+        self._launch(self._kernels.set_target, inputs, [self.scalars], dim=1)
 
     def solve(self, right_side: Any, slip_stiffness: Any, x: Any) -> None:
         """Launch the iteration from the x given, in place."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from warp_softbody.errors import InputError
 
 Precision = Literal["float32", "float64"]
+Tangent = Literal["warped", "conserving", "exact"]
+TANGENTS: tuple[Tangent, ...] = get_args(Tangent)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,9 +20,13 @@ class SimulationOptions:
     Attributes:
         time_step: dt, s.
         precision: floating-point type of the state and of every solve.
+        tangent: the stiffness matrix of the implicit step and of stiffness damping. "warped" is the
+            paper's, rest stiffness turned with each tet, and costs least. "conserving" includes the
+            change of the rotations, so that a free body keeps its angular momentum to rounding.
+            "exact" is the derivative of the elastic force, made positive semidefinite.
         device: a Warp device name, "cpu" or "cuda:0".
-        tolerance: relative residual |b - M~ v| / |b| at which the linear solve stops; None takes
-            1e-5 in float32 and 1e-6 in float64.
+        tolerance: relative residual |b - M~ v| / |b|, over the nodes that are not fixed, at which the
+            linear solve stops; None takes 1e-5 in float32 and 1e-6 in float64.
         max_iterations: of conjugate gradients in one pass; a solve that needs more is counted as
             not converged.
         max_contact_passes: active-set passes of one step.
@@ -30,6 +36,7 @@ class SimulationOptions:
 
     time_step: float = 1.0 / 120.0
     precision: Precision = "float32"
+    tangent: Tangent = "warped"
     device: str = "cpu"
     tolerance: float | None = None
     max_iterations: int = 400
@@ -45,6 +52,8 @@ class SimulationOptions:
             )
         if self.precision not in ("float32", "float64"):
             raise InputError(f"precision must be float32 or float64, got {self.precision!r}")
+        if self.tangent not in TANGENTS:
+            raise InputError(f"tangent must be one of {', '.join(TANGENTS)}, got {self.tangent!r}")
         for name in ("tolerance", "bridge_tolerance", "recovery_speed"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0.0):

@@ -19,8 +19,10 @@ from warp_softbody.kernels import contact as contact_kernels
 from warp_softbody.kernels.contact import make_contact
 from warp_softbody.kernels.elasticity import make_elasticity
 from warp_softbody.kernels.muscles import make_muscles
+from warp_softbody.kernels.tangent import make_tangent
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
+from warp_softbody.options import TANGENTS
 from warp_softbody.preconditioner import make_preconditioner
 from warp_softbody.state import Contacts, Control, State
 
@@ -58,6 +60,9 @@ class Stepper:
         self.model = model
         self._device = model.options.device
         self._elasticity = make_elasticity(model.options.precision)
+        coupled = model.options.tangent != "warped"
+        self._tangent = make_tangent(model.options.precision) if coupled else None
+        self._couplings = model.zeros(4 * m if coupled else 0, types.mat33)
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
         self._contact = make_contact(model.options.precision)
         self.rotations = model.zeros(m, types.mat33)
@@ -128,11 +133,7 @@ class Stepper:
             [a["tets"], a["rest_inverse"], a["rest_volume"], a["lame"], state.positions],
             [self.rotations, self._gradients, self.area_rows, self._elastic_forces],
         )
-        edges = [a["edge_start"], a["edge_corners"], a["edge_slots"]]
-        material = [a["lame"], a["step_factors"]]
-        edge_count = len(m.topology.edge_slots)
-        inputs = [*edges, *material, self._gradients]
-        self._launch(k.stiffness_edges, edge_count, inputs, [self.values])
+        self._launch_edges(state)
         nodes = [
             a["node_start"],
             a["node_corners"],
@@ -149,6 +150,23 @@ class Stepper:
             self._launch(self._muscles.fiber_points, count, points, [self.fiber_points])
             inputs = [a["segment_points"], self.fiber_points]
             self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
+
+    def _launch_edges(self, state: State) -> None:
+        m, a = self.model, self.model.arrays
+        edges = [a["edge_start"], a["edge_corners"], a["edge_slots"]]
+        material = [a["lame"], a["step_factors"]]
+        edge_count = len(m.topology.edge_slots)
+        if self._tangent is None:
+            inputs = [*edges, *material, self._gradients]
+            self._launch(self._elasticity.stiffness_edges, edge_count, inputs, [self.values])
+            return
+        kind = TANGENTS.index(m.options.tangent)
+        body = [a["tets"], a["rest_inverse"], a["lame"], kind]
+        now = [state.positions, self.rotations, self._gradients]
+        couple = self._tangent.couple_tets
+        self._launch(couple, m.tet_count, [*body, *now], [self._couplings])
+        inputs = [*edges, *material, self._gradients, self._couplings]
+        self._launch(self._tangent.coupled_edges, edge_count, inputs, [self.values])
 
     def _launch_solve(
         self, state: State, control: Control, contacts: Contacts, renew: bool

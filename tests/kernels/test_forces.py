@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -13,7 +15,7 @@ from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.muscle_layout import SMALLEST_WEIGHT
-from warp_softbody.options import Precision
+from warp_softbody.options import TANGENTS, Precision, Tangent
 
 FloatArray = npt.NDArray[np.float64]
 PRECISIONS: tuple[Precision, ...] = ("float32", "float64")
@@ -207,3 +209,90 @@ def test_muscle_weights_are_a_partition_of_unity() -> None:
     for group in (slice(0, 12), slice(12, 20)):
         kept[:, group] /= kept[:, group].sum(axis=1, keepdims=True)
     np.testing.assert_allclose(found, kept, rtol=1e-5)
+
+
+def stiffness_of(mesh: TetMesh, positions: FloatArray, tangent: Tangent) -> FloatArray:
+    """K (3n, 3n) in double precision, from the step's matrix with dt = 1."""
+    material = Material(young_modulus=1e5, poisson_ratio=0.4, stiffness_damping=0.0)
+    body = rig(mesh, material=material, precision="float64", time_step=1.0, tangent=tangent)
+    body.place(positions)
+    body.stepper.assemble(body.state)
+    matrix = reference.block_matrix(body.model, numbers(body.stepper.values))
+    return matrix - np.diag(np.repeat(body.masses, 3))
+
+
+def differences(
+    mesh: TetMesh, positions: FloatArray, what: Callable[..., FloatArray]
+) -> FloatArray:
+    """Derivative of ``what(mesh, positions)`` by all coordinates, by central differences."""
+    columns = []
+    for index in np.ndindex(*positions.shape):
+        move = np.zeros_like(positions)
+        move[index] = 1e-6
+        columns.append((what(mesh, positions + move) - what(mesh, positions - move)) / 2e-6)
+    return np.stack(columns, axis=-1)
+
+
+def strains(mesh: TetMesh, positions: FloatArray) -> FloatArray:
+    F = reference.deformation_gradients(mesh, positions)
+    S = np.einsum("mki,mkj->mij", reference.polar_rotations(F), F)
+    return np.asarray(0.5 * (S + S.transpose(0, 2, 1)) - np.eye(3))
+
+
+def test_conserving_tangent_is_the_gauss_newton_matrix() -> None:
+    """``sum V0 (d eps / d x)^T D (d eps / d x)``, the rotations' change included."""
+    mesh = box((1, 2, 2), (0.2, 0.3, 0.25), jitter=0.2)
+    points = crumpled(mesh, amount=0.1)
+    slope = differences(mesh, points, strains)
+    trace = np.einsum("miik->mk", slope)
+    mu, lam = SOFT.lame_mu, SOFT.lame_lambda
+    expected = 2.0 * mu * np.einsum("m,mijk,mijl->kl", mesh.volumes, slope, slope)
+    expected += lam * np.einsum("m,mk,ml->kl", mesh.volumes, trace, trace)
+    found = stiffness_of(mesh, points, "conserving")
+    np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_conserving_tangent_takes_turns_to_zero_also_far_from_rest() -> None:
+    mesh = box((2, 2, 2), (0.2, 0.3, 0.25), jitter=0.2)
+    points = crumpled(mesh, amount=0.3)
+    K = stiffness_of(mesh, points, "conserving")
+    for axis in np.eye(3):
+        turning = np.cross(axis, points).ravel()
+        forces = np.abs(K) @ np.abs(turning)
+        assert np.abs(K @ turning).max() <= 1e-12 * forces.max()
+
+
+def test_exact_tangent_is_the_derivative_of_the_force_in_tension() -> None:
+    """Under tension it is positive semidefinite by itself, so nothing is cut off."""
+    mesh = box((1, 2, 2), (0.2, 0.3, 0.25), jitter=0.2)
+    points = 1.3 * crumpled(mesh, amount=0.05)
+    expected = -differences(mesh, points, lambda m, x: reference.elastic_forces(m, SOFT, x).ravel())
+    found = stiffness_of(mesh, points, "exact")
+    np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("tangent", TANGENTS)
+def test_every_tangent_is_positive_semidefinite(tangent: Tangent) -> None:
+    """Also with tets squashed to half their size and inside out."""
+    mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
+    for points in (0.5 * crumpled(mesh), mixed_up(mesh)):
+        K = stiffness_of(mesh, points, tangent)
+        np.testing.assert_allclose(K, K.T, atol=1e-12 * np.abs(K).max())
+        assert np.linalg.eigvalsh(K).min() >= -1e-12 * np.abs(K).max()
+
+
+@pytest.mark.parametrize("tangent", TANGENTS)
+def test_tangents_agree_in_both_precisions_and_at_rest(tangent: Tangent) -> None:
+    mesh = box((2, 2, 2), (0.2, 0.3, 0.25), jitter=0.2)
+    at_rest = stiffness_of(mesh, mesh.points, tangent)
+    warped = stiffness_of(mesh, mesh.points, "warped")
+    np.testing.assert_allclose(at_rest, warped, atol=1e-9 * np.abs(warped).max())
+    points = crumpled(mesh, amount=0.1)
+    single = rig(mesh, material=SOFT, time_step=1.0, tangent=tangent)
+    double = rig(mesh, material=SOFT, time_step=1.0, tangent=tangent, precision="float64")
+    for body in (single, double):
+        body.place(points)
+        body.stepper.assemble(body.state)
+    expected = numbers(double.stepper.values)
+    bound = 200 * epsilon("float32") * np.abs(expected).max()
+    np.testing.assert_allclose(numbers(single.stepper.values), expected, atol=bound)
