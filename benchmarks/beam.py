@@ -5,7 +5,8 @@ m/s^2, undamped, on a regular grid of six tets a cell, stepped by dt = 0.01 s fr
 shape. Every solver uses one thread. With --peers, ours, MuJoCo (flex, integrator `discrete`) and a
 step of our equations by NumPy and Pardiso take a few steps each in turn; ratios are of medians in
 this one run. MuJoCo runs twice: with our tolerance and as many iterations as that takes, and with
-its default cap of 100 iterations, at which its solve may stop short. Where a number is not to be
+its default cap of 100 iterations, at which its solve may stop short. --variants times ours also
+with its more accurate options, --threads N also on N threads. Where a number is not to be
 had it is a dash, in JSON null.
 
 --json prints a list of objects, one a size and solver:
@@ -37,6 +38,7 @@ import json
 import sys
 from dataclasses import asdict
 from functools import partial
+from typing import Any
 
 from benchmarks.beam_ours import OurBeam
 from benchmarks.cantilever import CELLS, TIME_STEP, Cantilever, cantilever
@@ -58,9 +60,25 @@ ENOUGH_ITERATIONS = 10_000
 DEFAULT_ITERATIONS = 100
 
 
-def solvers(precision: Precision, *, peers: bool) -> dict[str, Make]:
+VARIANTS: dict[str, dict[str, Any]] = {
+    "conserving": {"tangent": "conserving"},
+    "exact": {"tangent": "exact"},
+    "smoothed": {"elements": "smoothed"},
+    "two Newton": {"newton_iterations": 2},
+}
+"""Options of ours that cost time and buy accuracy."""
+
+
+def solvers(
+    precision: Precision, *, peers: bool = False, variants: bool = False, threads: int = 1
+) -> dict[str, Make]:
     """What is timed, ours first, by name."""
-    made: dict[str, Make] = {f"warp_softbody {precision}": partial(OurBeam, precision=precision)}
+    ours = partial(OurBeam, precision=precision)
+    made: dict[str, Make] = {f"warp_softbody {precision}": ours}
+    if threads > 1:
+        made[f"ours, {threads} threads"] = partial(ours, threads=threads)
+    if variants:
+        made.update({f"ours, {name}": partial(ours, **more) for name, more in VARIANTS.items()})
     if peers:
         tolerance = SimulationOptions(precision=precision).solver_tolerance
         flex = partial(MujocoBeam, tolerance=tolerance)
@@ -119,13 +137,20 @@ def main(arguments: list[str] | None = None) -> None:
     )
     parser.add_argument("--tets", type=_sizes, default="810,10290", help="out of 810,10290,51840")
     parser.add_argument("--precision", default="float32", choices=("float32", "float64"))
+    parser.add_argument("--variants", action="store_true", help="also time ours with its options")
+    parser.add_argument("--threads", type=_count, default=1, help="also time ours with so many")
     parser.add_argument("--steps", type=_count, default=100, help="timed steps of each solver")
     parser.add_argument("--peers", action="store_true", help="also time MuJoCo and Pardiso")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
     if options.peers and (problem := missing_peer()):
         parser.error(problem)
-    makes = solvers(options.precision, peers=options.peers)
+    makes = solvers(
+        options.precision,
+        peers=options.peers,
+        variants=options.variants,
+        threads=options.threads,
+    )
     results: list[Result] = []
     with warp_engine("cpu", on_compile=lambda: None):
         _compile(next(iter(makes.values())), cantilever(min(CELLS)))

@@ -33,6 +33,7 @@ PASSES = 4
 AGAIN = 5
 TOUCHING = 6
 CHANGED = 8
+EARLIER_PASSES = 9
 
 
 @cache
@@ -74,6 +75,50 @@ def make_contact(precision: str) -> SimpleNamespace:
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
         x[i] = velocities[i]
+
+    @kernel
+    def newton_right_side(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        step_factors: wp.array(dtype=scalar),
+        mass: wp.array(dtype=scalar),
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        has_muscles: int,
+        # in
+        values: wp.array(dtype=mat33),
+        momentum: wp.array(dtype=vec3),
+        external_forces: wp.array(dtype=vec3),
+        muscle_forces: wp.array(dtype=vec3),
+        x: wp.array(dtype=vec3),
+        friction_forces: wp.array(dtype=vec3),
+        # out
+        right: wp.array(dtype=vec3),
+        right_with_slip: wp.array(dtype=vec3),
+    ):
+        # forces and K at x + dt v, v the last iterate, where the force is linear in v+ - v: what K
+        # takes from v in the matrix is given back, but for damping
+        i = wp.tid()
+        force = external_forces[i]
+        if has_muscles != 0:
+            for k in range(node_start[i], node_start[i + 1]):
+                force += muscle_forces[node_corners[k]]
+        stiff = row_product(i, row_start, column, values, x) - (mass[i] * step_factors[2]) * x[i]
+        dt = step_factors[0]
+        known = momentum[i] + dt * force + (dt * dt / step_factors[1]) * stiff
+        right[i] = known
+        right_with_slip[i] = known + friction_forces[i]
+
+    @kernel
+    def begin_iteration(
+        # out
+        counters: wp.array(dtype=int),
+    ):
+        counters[EARLIER_PASSES] = counters[EARLIER_PASSES] + counters[PASSES]
+        counters[PASSES] = 0
+        counters[AGAIN] = 0
+        counters[cg.LOOSE] = 0
 
     @kernel
     def detect(
@@ -271,7 +316,6 @@ def make_contact(precision: str) -> SimpleNamespace:
     @kernel
     def advance_state(
         # model
-        fixed: wp.array(dtype=int),
         step_factors: wp.array(dtype=scalar),
         # in
         positions: wp.array(dtype=vec3),
@@ -286,6 +330,8 @@ def make_contact(precision: str) -> SimpleNamespace:
 
     return SimpleNamespace(
         right_side=right_side,
+        newton_right_side=newton_right_side,
+        begin_iteration=begin_iteration,
         detect=detect,
         impose=impose,
         hold_fixed=hold_fixed,

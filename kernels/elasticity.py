@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels.corners import make_corners
 from warp_softbody.kernels.precision import real
 from warp_softbody.kernels.rotation import make_rotation
 
@@ -23,20 +24,11 @@ def make_elasticity(precision: str) -> SimpleNamespace:
     """Kernels ``deform_tets``, ``stiffness_edges``, ``finish_nodes`` of a precision."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    kernel = types.kernel(SUBJECT)
     rotation = make_rotation(precision, SUBJECT)
     closest_rotation, cofactor = rotation.closest_rotation, rotation.cofactor
 
-    @func
-    def by_corner(slot: int, rows: mat33, out: wp.array(dtype=vec3)):
-        # the shape functions sum to one, so corner 0 is minus the other three
-        first = vec3(rows[0, 0], rows[0, 1], rows[0, 2])
-        second = vec3(rows[1, 0], rows[1, 1], rows[1, 2])
-        third = vec3(rows[2, 0], rows[2, 1], rows[2, 2])
-        out[slot] = -(first + second + third)
-        out[slot + 1] = first
-        out[slot + 2] = second
-        out[slot + 3] = third
+    by_corner = make_corners(precision, SUBJECT).by_corner
 
     @kernel
     def deform_tets(
@@ -45,6 +37,7 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         rest_inverse: wp.array(dtype=mat33),
         rest_volume: wp.array(dtype=scalar),
         lame: wp.array(dtype=scalar),
+        muscular: int,
         # in
         positions: wp.array(dtype=vec3),
         # out
@@ -53,6 +46,7 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         area_rows: wp.array(dtype=mat33),
         forces: wp.array(dtype=vec3),
     ):
+        # area rows serve muscles alone
         t = wp.tid()
         corners = tets[t]
         x0 = positions[corners[0]]
@@ -63,17 +57,18 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         F = Ds * B
         R = closest_rotation(F)
         Rt = wp.transpose(R)
+        volume = rest_volume[t]
+        rotations[t] = R
+        by_corner(4 * t, wp.sqrt(volume) * (B * Rt), gradients)
         S = Rt * F
         identity = wp.identity(n=3, dtype=scalar)
         strain = scalar(0.5) * (S + wp.transpose(S)) - identity
         stress = scalar(2.0) * lame[0] * strain + (lame[1] * wp.trace(strain)) * identity
-        volume = rest_volume[t]
-        rotations[t] = R
-        by_corner(4 * t, wp.sqrt(volume) * (B * Rt), gradients)
         by_corner(4 * t, (-volume) * (B * (stress * Rt)), forces)
-        # rows: V0 cof(F) g_a, minus a third of the deformed, area-weighted outward normal opposite
-        # to corner a
-        area_rows[t] = volume * (B * wp.transpose(cofactor(F)))
+        if muscular != 0:
+            # rows: V0 cof(F) g_a, minus a third of the deformed, area-weighted outward normal
+            # opposite to corner a
+            area_rows[t] = volume * (B * wp.transpose(cofactor(F)))
 
     @kernel
     def stiffness_edges(
@@ -112,6 +107,7 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         rest_volume: wp.array(dtype=scalar),
         gravity: wp.array(dtype=vec3),
         step_factors: wp.array(dtype=scalar),
+        turned: int,
         # in
         velocities: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
@@ -121,6 +117,7 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         node_rotations: wp.array(dtype=mat33),
         momentum: wp.array(dtype=vec3),
     ):
+        # ``turned``: the node rotations are known already
         # diagonal block: rigid translations are in the null space of K, so its rows sum to the mass
         # term
         i = wp.tid()
@@ -138,7 +135,8 @@ def make_elasticity(precision: str) -> SimpleNamespace:
             force += forces[corner]
             t = corner / 4
             turn += rest_volume[t] * rotations[t]
-        node_rotations[i] = closest_rotation(turn)
+        if turned == 0:
+            node_rotations[i] = closest_rotation(turn)
         # what the step would do without muscles, pushes and contact: M v + dt (f_x + f_e)
         momentum[i] = mass[i] * velocities[i] + step_factors[0] * force
 

@@ -86,7 +86,8 @@ class Bridge:
         self._counters = model.zeros(bg.COUNTERS, wp.int32)
         self._tolerance = model.array([model.options.bridge_tolerance], types.scalar)
         self._last_rows = 0
-        self._preconditioner = make_preconditioner(model, stepper.values, stepper.node_rotations)
+        matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
+        self._preconditioner = make_preconditioner(model, *matrix)
         # contact is not in the bridge's matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(
             model.array(np.where(model.fixed, HELD, FREE), wp.int32),
@@ -118,7 +119,7 @@ class Bridge:
         responses[moved] = np.tile(shifts, model.node_count)
         free = np.empty(count)
         free[others] = self._response.numpy().reshape(-1)[: len(others)]
-        free[moved] = shifts @ self._stepper.momentum.numpy().sum(axis=0, dtype=np.float64)
+        free[moved] = shifts @ self._stepper.assembly.momentum.numpy().sum(axis=0, dtype=np.float64)
         maps = np.zeros((count, segments))
         maps[others] = self._from_blocks(self._maps.numpy(), len(others))[:, :segments]
         compliance = rows @ responses.T
@@ -198,7 +199,7 @@ class Bridge:
         self._preconditioner.prepare(self._unbound)
         size = [model.chunk, model.node_count]
         rows = [a["fixed"], a["row_start"], a["column"]]
-        matrix = self._stepper.values
+        matrix = self._stepper.assembly.values
         chunks = (self._blocks, model.chunk_count)
         residual = [v["j"], v["x"]]
         self._run(k.residual, chunks, [*size, *rows, 0, matrix, *residual], [v["r"], s["rr"]])
@@ -219,10 +220,10 @@ class Bridge:
             self._run(k.conclude, 1, inputs, ends)
 
         wp.capture_while(self._counters[bg.CONDITION : bg.CONDITION + 1], iterate)
-        inputs = [model.node_count, v["x"], self._stepper.momentum]
+        inputs = [model.node_count, v["x"], self._stepper.assembly.momentum]
         self._run(k.free_response, self._blocks, inputs, [self._response])
         if self._muscles is not None:
-            now = [self._stepper.rotations, self._stepper.area_rows, v["x"]]
+            now = [self._stepper.assembly.rotations, self._stepper.assembly.area_rows, v["x"]]
             shape = (self._blocks, model.tet_count)
             self._run(self._muscles.tet_response, shape, [a["tets"], *now], [self._stretch])
             segments = [a["segment_start"], a["segment_tet"], a["segment_weight"], a["directions"]]

@@ -41,7 +41,7 @@ class ConjugateGradients:
         )
 
     def set_target(self, momentum: Any) -> None:
-        """Launch the stopping residual: the tolerance times |momentum| over the nodes that can move."""
+        """Launch the stopping residual: the tolerance times |momentum| of the free nodes."""
         a = self._model.arrays
         inputs = [a["tolerance"], a["fixed"], momentum]
         self._launch(self._kernels.set_target, inputs, [self.scalars], dim=1)

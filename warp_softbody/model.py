@@ -172,6 +172,7 @@ def _body_arrays(model: Model) -> Arrays:
         "diagonal_slot": model.array(topology.diagonal_slot, wp.int32),
         "edge_start": model.array(topology.edge_start, wp.int32),
         "edge_corners": model.array(topology.edge_corners, wp.vec2i),
+        "tet_edges": model.array(topology.tet_edges, wp.int32),
         "edge_slots": model.array(topology.edge_slots, wp.vec2i),
         "node_start": model.array(topology.node_start, wp.int32),
         "node_corners": model.array(topology.node_corners, wp.int32),

@@ -10,7 +10,9 @@ from warp_softbody.errors import InputError
 
 Precision = Literal["float32", "float64"]
 Tangent = Literal["warped", "conserving", "exact"]
+Elements = Literal["linear", "smoothed"]
 TANGENTS: tuple[Tangent, ...] = get_args(Tangent)
+ELEMENTS: tuple[Elements, ...] = get_args(Elements)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,9 +26,15 @@ class SimulationOptions:
             paper's, rest stiffness turned with each tet, and costs least. "conserving" includes the
             change of the rotations, so that a free body keeps its angular momentum to rounding.
             "exact" is the derivative of the elastic force, made positive semidefinite.
+        elements: "linear" four-node tets, or "smoothed" ones, which hardly lock in bending and near
+            incompressibility; they take their forces from strains averaged over edges and nodes.
+        newton_iterations: of one step; 1 is the linearly implicit step, more come nearer to the
+            implicit Euler step, each for the price of a step.
         device: a Warp device name, "cpu" or "cuda:0".
-        tolerance: relative residual |b - M~ v| / |b|, over the nodes that are not fixed, at which the
-            linear solve stops; None takes 1e-5 in float32 and 1e-6 in float64.
+        threads: that assemble forces and matrix side by side, on the CPU; worth while from some
+            ten thousand tets. Results do not depend on it.
+        tolerance: relative residual |b - M~ v| / |b| at which the linear solve stops, fixed nodes
+            not counted; None takes 1e-5 in float32 and 1e-6 in float64.
         max_iterations: of conjugate gradients in one pass; a solve that needs more is counted as
             not converged.
         max_contact_passes: active-set passes of one step.
@@ -37,7 +45,10 @@ class SimulationOptions:
     time_step: float = 1.0 / 120.0
     precision: Precision = "float32"
     tangent: Tangent = "warped"
+    elements: Elements = "linear"
+    newton_iterations: int = 1
     device: str = "cpu"
+    threads: int = 1
     tolerance: float | None = None
     max_iterations: int = 400
     max_contact_passes: int = 12
@@ -52,13 +63,15 @@ class SimulationOptions:
             )
         if self.precision not in ("float32", "float64"):
             raise InputError(f"precision must be float32 or float64, got {self.precision!r}")
-        if self.tangent not in TANGENTS:
-            raise InputError(f"tangent must be one of {', '.join(TANGENTS)}, got {self.tangent!r}")
+        for name, known in (("tangent", TANGENTS), ("elements", ELEMENTS)):
+            value = getattr(self, name)
+            if value not in known:
+                raise InputError(f"{name} must be one of {', '.join(known)}, got {value!r}")
         for name in ("tolerance", "bridge_tolerance", "recovery_speed"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise InputError(f"{name} must be a positive number, got {value!r}")
-        for name in ("max_iterations", "max_contact_passes"):
+        for name in ("max_iterations", "max_contact_passes", "newton_iterations", "threads"):
             value = getattr(self, name)
             if value < 1:
                 raise InputError(f"{name} must be at least 1, got {value!r}")

@@ -105,7 +105,9 @@ class Simulation:
         self._push()
         self._stepper.solve(self._state, self._control, self._contacts)
         solved = time.perf_counter()
-        statistics = self._stepper.resolve_contact(self._state, self._contacts, self._after)
+        statistics = self._stepper.resolve_contact(
+            self._state, self._control, self._contacts, self._after
+        )
         if not statistics.finite:
             self._status = "not finite"
             raise NotFiniteError(

@@ -13,16 +13,15 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody.assembly import Assembly
 from warp_softbody.block_factor import Freedom
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels import contact as contact_kernels
 from warp_softbody.kernels.contact import make_contact
-from warp_softbody.kernels.elasticity import make_elasticity
 from warp_softbody.kernels.muscles import make_muscles
-from warp_softbody.kernels.tangent import make_tangent
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
-from warp_softbody.options import TANGENTS
+from warp_softbody.parallel import Workers
 from warp_softbody.preconditioner import make_preconditioner
 from warp_softbody.state import Contacts, Control, State
 
@@ -59,20 +58,10 @@ class Stepper:
         types, n, m = model.types, model.node_count, model.tet_count
         self.model = model
         self._device = model.options.device
-        self._elasticity = make_elasticity(model.options.precision)
-        coupled = model.options.tangent != "warped"
-        self._tangent = make_tangent(model.options.precision) if coupled else None
-        self._couplings = model.zeros(4 * m if coupled else 0, types.mat33)
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
         self._contact = make_contact(model.options.precision)
-        self.rotations = model.zeros(m, types.mat33)
-        self._gradients = model.zeros(4 * m, types.vec3)
-        self.area_rows = model.zeros(m, types.mat33)
-        self._elastic_forces = model.zeros(4 * m, types.vec3)
+        self.assembly = Assembly(model)
         self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
-        self.values = model.zeros(len(model.topology.column), types.mat33)
-        self.node_rotations = model.zeros(n, types.mat33)
-        self.momentum = model.zeros(n, types.vec3)
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
         self.lengths = model.zeros(model.segment_count, types.scalar)
         self._tensions = model.zeros(model.segment_count, types.scalar)
@@ -81,13 +70,30 @@ class Stepper:
         self._x = model.zeros(n, types.vec3)
         self._normal_velocity = model.zeros(model.contact_count, types.scalar)
         self._changed = model.zeros(model.contact_count, wp.int32)
-        self._preconditioner = make_preconditioner(model, self.values, self.node_rotations)
-        self._solver = ConjugateGradients(model, self.values, self._preconditioner)
+        self._preconditioner = make_preconditioner(
+            model, self.assembly.values, self.assembly.node_rotations
+        )
+        self._solver = ConjugateGradients(model, self.assembly.values, self._preconditioner)
         self._graphs: dict[tuple[Any, ...], Any] = {}
+        self._phase_graphs: dict[tuple[str, int], Any] = {}
+        threads = model.options.threads
+        self._workers = Workers(threads, self._device) if threads > 1 else None
 
     def assemble(self, state: State) -> None:
         """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
+        if self._workers is not None:
+            self._assemble_side_by_side(self._workers, state)
+            return
         self._replay(("assemble", state), lambda: self._launch_assembly(state))
+
+    def _assemble_side_by_side(self, workers: Workers, state: State) -> None:
+        phases = self.assembly.phases(state.positions, state.velocities)
+        key = ("phases", id(state))
+        if key not in self._phase_graphs:
+            # the state is kept alive, so that its identity is not used again
+            self._phase_graphs[key] = (workers.capture(phases), state)
+        workers.replay(self._phase_graphs[key][0])
+        self._replay(("muscles", state), lambda: self._launch_muscle_lengths(state))
 
     def solve(self, state: State, control: Control, contacts: Contacts) -> None:
         """The step's velocities with the contact modes as they were."""
@@ -97,19 +103,37 @@ class Stepper:
         if renew:
             self._preconditioner.renewed()
 
-    def resolve_contact(self, state: State, contacts: Contacts, after: State) -> StepStatistics:
+    def resolve_contact(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> StepStatistics:
         """Choose contact modes anew until they settle, then write the state after the step."""
-        key = ("contact", state, contacts, after)
-        self._replay(key, lambda: self._launch_contact(state, contacts, after))
+        key = ("contact", state, control, contacts, after)
+        self._replay(key, lambda: self._launch_contact(state, control, contacts, after))
         return self._read_statistics()
 
     def step(
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> StepStatistics:
-        """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place."""
-        self.assemble(state)
-        self.solve(state, control, contacts)
-        return self.resolve_contact(state, contacts, after)
+        """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place.
+
+        On one thread the whole step is one graph.
+        """
+        if self._workers is not None:
+            self.assemble(state)
+            self.solve(state, control, contacts)
+            return self.resolve_contact(state, control, contacts, after)
+        renew = self._preconditioner.stale
+
+        def launch() -> None:
+            self._launch_assembly(state)
+            self._launch_solve(state, control, contacts, renew)
+            self._launch_contact(state, control, contacts, after)
+
+        key = ("step with a new factor" if renew else "step", state, control, contacts, after)
+        self._replay(key, launch)
+        if renew:
+            self._preconditioner.renewed()
+        return self._read_statistics()
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
         """Replay a graph; the first time, capture it. States are told apart by identity."""
@@ -126,47 +150,17 @@ class Stepper:
             wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
 
     def _launch_assembly(self, state: State) -> None:
-        m, a, k = self.model, self.model.arrays, self._elasticity
-        self._launch(
-            k.deform_tets,
-            m.tet_count,
-            [a["tets"], a["rest_inverse"], a["rest_volume"], a["lame"], state.positions],
-            [self.rotations, self._gradients, self.area_rows, self._elastic_forces],
-        )
-        self._launch_edges(state)
-        nodes = [
-            a["node_start"],
-            a["node_corners"],
-            a["row_start"],
-            a["diagonal_slot"],
-        ]
-        body = [a["mass"], a["rest_volume"], a["gravity"], a["step_factors"]]
-        now = [state.velocities, self.rotations, self._elastic_forces]
-        outputs = [self.values, self.node_rotations, self.momentum]
-        self._launch(k.finish_nodes, m.node_count, [*nodes, *body, *now], outputs)
+        self.assembly.launch(state.positions, state.velocities)
+        self._launch_muscle_lengths(state)
+
+    def _launch_muscle_lengths(self, state: State) -> None:
+        m, a = self.model, self.model.arrays
         if self._muscles is not None:
             points = [a["point_nodes"], a["point_weights"], state.positions]
             count = len(m.muscles.point_nodes)
             self._launch(self._muscles.fiber_points, count, points, [self.fiber_points])
             inputs = [a["segment_points"], self.fiber_points]
             self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
-
-    def _launch_edges(self, state: State) -> None:
-        m, a = self.model, self.model.arrays
-        edges = [a["edge_start"], a["edge_corners"], a["edge_slots"]]
-        material = [a["lame"], a["step_factors"]]
-        edge_count = len(m.topology.edge_slots)
-        if self._tangent is None:
-            inputs = [*edges, *material, self._gradients]
-            self._launch(self._elasticity.stiffness_edges, edge_count, inputs, [self.values])
-            return
-        kind = TANGENTS.index(m.options.tangent)
-        body = [a["tets"], a["rest_inverse"], a["lame"], kind]
-        now = [state.positions, self.rotations, self._gradients]
-        couple = self._tangent.couple_tets
-        self._launch(couple, m.tet_count, [*body, *now], [self._couplings])
-        inputs = [*edges, *material, self._gradients, self._couplings]
-        self._launch(self._tangent.coupled_edges, edge_count, inputs, [self.values])
 
     def _launch_solve(
         self, state: State, control: Control, contacts: Contacts, renew: bool
@@ -177,10 +171,15 @@ class Stepper:
             inputs = [a["muscle_stiffness"], control.rest_lengths, self.lengths]
             self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
             pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
-            inputs = [*pairs, self._tensions, self.rotations, self.area_rows]
+            inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
             self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
         nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
-        forces = [self.momentum, control.external_forces, self._muscle_forces, state.velocities]
+        forces = [
+            self.assembly.momentum,
+            control.external_forces,
+            self._muscle_forces,
+            state.velocities,
+        ]
         inputs = [*nodes, int(self._muscles is not None), *forces, contacts.friction_forces]
         outputs = [self._right, self._right_with_slip, self._x]
         self._launch(k.right_side, m.node_count, inputs, outputs)
@@ -209,26 +208,61 @@ class Stepper:
         self._preconditioner.prepare(freedom)
         self._solver.solve(self._right_with_slip, contacts.slip_stiffness, self._x)
 
-    def _launch_contact(self, state: State, contacts: Contacts, after: State) -> None:
-        m, k, counters = self.model, self._contact, self._solver.counters
-        if m.contact_count:
+    def _launch_contact(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> None:
+        m, k = self.model, self._contact
+        ends = [after.positions, after.velocities]
+        inputs = [m.arrays["step_factors"], state.positions, self._x]
+        self._launch_modes(contacts)
+        for _ in range(m.options.newton_iterations - 1):
+            self._launch(k.advance_state, m.node_count, inputs, ends)
+            self._launch_again(state, control, contacts, after)
+            self._launch_modes(contacts)
+        self._launch(k.advance_state, m.node_count, inputs, ends)
+
+    def _launch_modes(self, contacts: Contacts) -> None:
+        """Choose contact modes anew until they settle."""
+        if not self.model.contact_count:
+            return
+        self._launch_update(contacts)
+
+        def settle() -> None:
+            self._launch_pass(contacts)
             self._launch_update(contacts)
 
-            def settle() -> None:
-                self._launch_pass(contacts)
-                self._launch_update(contacts)
+        again = contact_kernels.AGAIN
+        wp.capture_while(self._solver.counters[again : again + 1], settle)
 
-            again = contact_kernels.AGAIN
-            wp.capture_while(counters[again : again + 1], settle)
-        inputs = [m.arrays["fixed"], m.arrays["step_factors"], state.positions, self._x]
-        self._launch(k.advance_state, m.node_count, inputs, [after.positions, after.velocities])
+    def _launch_again(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> None:
+        """One more Newton iteration, about the state that the last one ended in."""
+        m, a, k = self.model, self.model.arrays, self._contact
+        self.assembly.launch(after.positions, state.velocities)
+        nodes = [a["node_start"], a["node_corners"], a["step_factors"], a["mass"]]
+        rows = [a["row_start"], a["column"]]
+        known = [self.assembly.values, self.assembly.momentum, control.external_forces]
+        inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
+        inputs += [self._x, contacts.friction_forces]
+        outputs = [self._right, self._right_with_slip]
+        self._launch(k.newton_right_side, m.node_count, inputs, outputs)
+        self._solver.set_target(self._right)
+        self._launch(k.begin_iteration, 1, [], [self._solver.counters])
+        self._launch_pass(contacts)
 
     def _launch_update(self, contacts: Contacts) -> None:
         m, a, k = self.model, self.model.arrays, self._contact
         rows = [a["row_start"], a["column"], a["diagonal_slot"]]
         ground = [a["plane_normal"], a["plane"], a["contact_tolerances"]]
         inputs = [a["surface_nodes"], a["fixed"], *rows, *ground]
-        now = [self.values, self._right, self._x, self._normal_velocity, self._solver.counters]
+        now = [
+            self.assembly.values,
+            self._right,
+            self._x,
+            self._normal_velocity,
+            self._solver.counters,
+        ]
         outputs = [
             contacts.modes,
             contacts.impulses,
@@ -244,7 +278,8 @@ class Stepper:
 
     def _read_statistics(self) -> StepStatistics:
         counters = self._solver.counters.numpy()
-        passes = max(1, int(counters[contact_kernels.PASSES]))
+        passes = counters[contact_kernels.PASSES] + counters[contact_kernels.EARLIER_PASSES]
+        passes = max(self.model.options.newton_iterations, int(passes))
         iterations = int(counters[cg.TOTAL_ITERATIONS])
         self._preconditioner.used(iterations, fresh=FRESH_ITERATIONS * passes)
         return StepStatistics(

@@ -31,6 +31,7 @@ class Topology(Pattern):
     Attributes:
         edge_start: (e + 1,) into the lists of tets around each edge.
         edge_corners: (.., 2) slots 4 tet + corner at the edge's lower and higher node.
+        tet_edges: (m, 6) edges of each tet.
         edge_slots: (e, 2) matrix slots of the block and of its transpose.
         node_start: (n + 1,) into the lists of tets around each node.
         node_corners: slot 4 tet + corner of each entry.
@@ -39,6 +40,7 @@ class Topology(Pattern):
     edge_start: IntArray
     edge_corners: IntArray
     edge_slots: IntArray
+    tet_edges: IntArray
     node_start: IntArray
     node_corners: IntArray
 
@@ -78,6 +80,7 @@ def build_topology(tets: npt.NDArray[np.integer], node_count: int) -> Topology:
         diagonal_slot=slot[2 * edges :],
         edge_start=starts(edge_of[by_edge], edges),
         edge_corners=corners[by_edge].astype(np.int32),
+        tet_edges=edge_of.reshape(-1, 6).astype(np.int32),
         edge_slots=np.stack([slot[:edges], slot[edges : 2 * edges]], axis=1),
         node_start=starts(nodes[by_node], node_count),
         node_corners=by_node.astype(np.int32),

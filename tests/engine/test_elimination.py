@@ -55,8 +55,8 @@ def freedom_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Freedom:
 
 def factor_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Preconditioner:
     """The preconditioner of the matrix as assembled, on what contact leaves free."""
-    stepper, freedom = body.stepper, freedom_of(body, kinds, slip)
-    factor = make_preconditioner(body.model, stepper.values, stepper.node_rotations)
+    assembly, freedom = body.stepper.assembly, freedom_of(body, kinds, slip)
+    factor = make_preconditioner(body.model, assembly.values, assembly.node_rotations)
     factor.renew(freedom)
     factor.prepare(freedom)
     return factor

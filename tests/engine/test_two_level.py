@@ -84,7 +84,7 @@ def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
     nodes = np.arange(3 * n) // 3
     lower = np.where(nodes[:, None] >= nodes[None], matrix, 0.0)
     turns = np.zeros((n, 3, n, 3))
-    turns[np.arange(n), :, np.arange(n), :] = body.stepper.node_rotations.numpy()
+    turns[np.arange(n), :, np.arange(n), :] = body.stepper.assembly.node_rotations.numpy()
     motions = turns.reshape(3 * n, 3 * n) @ rigid_motions(body)
     coarse = body.model.aggregation
     assert coarse is not None

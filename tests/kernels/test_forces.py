@@ -26,7 +26,7 @@ def forces_at(body: Rig, positions: FloatArray) -> FloatArray:
     """The engine's elastic forces (n, 3): at rest and weightless the known momentum is dt f_e."""
     body.place(positions, (0.0, 0.0, 0.0))
     body.stepper.assemble(body.state)
-    return numbers(body.stepper.momentum) / body.model.options.time_step
+    return numbers(body.stepper.assembly.momentum) / body.model.options.time_step
 
 
 def mixed_up(mesh: TetMesh) -> FloatArray:
@@ -100,7 +100,7 @@ def test_step_matrix_equals_the_warped_stiffness(inverted: bool, precision: Prec
     body = rig(mesh, material=SOFT, precision=precision, time_step=0.05)
     points = mixed_up(mesh) if inverted else crumpled(mesh)
     forces_at(body, points)
-    found = reference.block_matrix(body.model, body.stepper.values.numpy())
+    found = reference.block_matrix(body.model, body.stepper.assembly.values.numpy())
     expected = reference.step_matrix(body.model, points)
     bound = 1e-12 if precision == "float64" else 64 * epsilon(precision)
     np.testing.assert_allclose(found, expected, atol=bound * np.abs(expected).max())
@@ -111,7 +111,7 @@ def test_stiffness_is_semidefinite_with_the_translations_in_its_null_space() -> 
     mesh = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
     body = rig(mesh, material=SOFT, precision="float64", time_step=1.0)
     forces_at(body, mixed_up(mesh))
-    step = reference.block_matrix(body.model, body.stepper.values.numpy())
+    step = reference.block_matrix(body.model, body.stepper.assembly.values.numpy())
     K = (step - 1.7 * np.diag(np.repeat(body.masses, 3))) / 1.03
     values = np.linalg.eigvalsh(K)
     assert values[0] >= -1e-12 * values[-1]
@@ -132,7 +132,7 @@ def muscle_forces_at(body: Rig, positions: FloatArray, activations: FloatArray) 
     inputs = [a["muscle_stiffness"], body.control.rest_lengths, body.stepper.lengths]
     launch(kernels.segment_tensions, model.segment_count, inputs, [tensions])
     pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
-    inputs = [*pairs, tensions, body.stepper.rotations, body.stepper.area_rows]
+    inputs = [*pairs, tensions, body.stepper.assembly.rotations, body.stepper.assembly.area_rows]
     launch(kernels.muscle_tets, model.tet_count, inputs, [corners])
     by_corner = corners.numpy().astype(np.float64).reshape(-1, 4, 3)
     forces = np.zeros((model.node_count, 3))
@@ -217,7 +217,7 @@ def stiffness_of(mesh: TetMesh, positions: FloatArray, tangent: Tangent) -> Floa
     body = rig(mesh, material=material, precision="float64", time_step=1.0, tangent=tangent)
     body.place(positions)
     body.stepper.assemble(body.state)
-    matrix = reference.block_matrix(body.model, numbers(body.stepper.values))
+    matrix = reference.block_matrix(body.model, numbers(body.stepper.assembly.values))
     return matrix - np.diag(np.repeat(body.masses, 3))
 
 
@@ -293,6 +293,6 @@ def test_tangents_agree_in_both_precisions_and_at_rest(tangent: Tangent) -> None
     for body in (single, double):
         body.place(points)
         body.stepper.assemble(body.state)
-    expected = numbers(double.stepper.values)
+    expected = numbers(double.stepper.assembly.values)
     bound = 200 * epsilon("float32") * np.abs(expected).max()
-    np.testing.assert_allclose(numbers(single.stepper.values), expected, atol=bound)
+    np.testing.assert_allclose(numbers(single.stepper.assembly.values), expected, atol=bound)

@@ -37,6 +37,18 @@ def number(low: float, high: float, unit: str = "") -> Callable[[str], float]:
     return read
 
 
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """A reader of whole numbers from ``low`` to ``high``."""
+
+    def read(text: str) -> int:
+        if not (text.isdecimal() and low <= int(text) <= high):
+            between = f"a whole number from {low} to {high}"
+            raise argparse.ArgumentTypeError(f"must be {between}, got {text!r}")
+        return int(text)
+
+    return read
+
+
 def key_value(text: str) -> tuple[str, str]:
     """A reader of ``key=value``."""
     key, equals, value = text.partition("=")

@@ -6,11 +6,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warp_softbody.cli.arguments import key_value, number, unique
+from warp_softbody.cli.arguments import key_value, number, unique, whole
 from warp_softbody.cli.engine import warp_engine
 from warp_softbody.cli.interruption import Interruption
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.errors import InputError, NotFiniteError
+from warp_softbody.options import ELEMENTS, TANGENTS
 
 if TYPE_CHECKING:
     from warp_softbody.cli.recorder import Recorder
@@ -58,6 +59,22 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
         help="longest time step in s (default: the scene's); shortened to fit whole frames",
     )
     parser.add_argument("--precision", choices=("float32", "float64"), default="float32")
+    parser.add_argument(
+        "--tangent",
+        choices=TANGENTS,
+        default="warped",
+        help="stiffness matrix of the implicit step; conserving keeps the angular momentum of a "
+        "free body (warped)",
+    )
+    parser.add_argument(
+        "--elements",
+        choices=ELEMENTS,
+        default="linear",
+        help="four-node tets as they are, or smoothed ones, which hardly lock (linear)",
+    )
+    parser.add_argument(
+        "--threads", type=whole(1, 64), default=1, help="threads that assemble forces (1)"
+    )
     parser.add_argument("--device", default="cpu", help="Warp device, such as cpu or cuda:0 (cpu)")
     parser.add_argument(
         "--controller",
@@ -128,6 +145,8 @@ def _recorder(args: argparse.Namespace, plan: ScenePlan, method: str) -> Recorde
             "scene": plan.name,
             "controller": method,
             "precision": args.precision,
+            "tangent": args.tangent,
+            "elements": args.elements,
             "time_step": args.time_step,
             **{f"set_{key}": value for key, value in plan.settings.items()},
         },
@@ -142,7 +161,12 @@ def _simulation(args: argparse.Namespace, plan: ScenePlan, method: str) -> Simul
         plan.scene,
         None if method == "none" else plan.controller,
         options=SimulationOptions(
-            time_step=args.time_step, precision=args.precision, device=args.device
+            time_step=args.time_step,
+            precision=args.precision,
+            tangent=args.tangent,
+            elements=args.elements,
+            threads=args.threads,
+            device=args.device,
         ),
         fps=args.fps,
         method="static" if method == "static" else "qpcc",
@@ -197,6 +221,8 @@ def _report(
         "movie": path(args.movie),
         "controller": method,
         "precision": args.precision,
+        "tangent": args.tangent,
+        "elements": args.elements,
         "device": args.device,
         "fps": args.fps,
         "settings": dict(plan.settings),
