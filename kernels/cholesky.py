@@ -15,6 +15,7 @@ import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.rows import make_rows
 
 SUBJECT = "cholesky"
 
@@ -26,6 +27,8 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
+
+    part_of_row = make_rows(precision, SUBJECT).part_of_row
 
     @func
     def project_rows(kind: int, normal: vec3, value: mat33):
@@ -137,12 +140,7 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     ):
         for i in range(count):
             node = order[i]
-            known = vec3()
-            s = row_start[i]
-            last = row_start[i + 1]
-            while s < last:
-                known += lower[s] * work[column[s]]
-                s += 1
+            known = part_of_row(row_start[i], row_start[i + 1], column, lower, work)
             work[i] = wp.transpose(turns[node]) * residual[node] - known
         for i in range(count):
             work[i] = pivot_inverse[i] * work[i]

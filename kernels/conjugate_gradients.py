@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.rows import make_rows
 
 SUBJECT = "conjugate_gradients"
 
@@ -54,6 +55,8 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             return value - wp.dot(normal, value) * normal
         return vec3()
 
+    part_of_row = make_rows(precision, SUBJECT).part_of_row
+
     @func
     def row_product(
         i: int,
@@ -62,13 +65,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         values: wp.array(dtype=mat33),
         x: wp.array(dtype=vec3),
     ):
-        total = vec3()
-        k = row_start[i]
-        last = row_start[i + 1]
-        while k < last:
-            total += values[k] * x[column[k]]
-            k += 1
-        return total
+        return part_of_row(row_start[i], row_start[i + 1], column, values, x)
 
     @func
     def double_dot(a: vec3, b: vec3):

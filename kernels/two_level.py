@@ -15,6 +15,7 @@ import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.rows import make_rows
 
 SUBJECT = "two_level"
 
@@ -35,20 +36,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
             return vec3()
         return value
 
-    @func
-    def part_of_row(
-        first: int,
-        last: int,
-        column: wp.array(dtype=int),
-        values: wp.array(dtype=mat33),
-        x: wp.array(dtype=vec3),
-    ):
-        total = vec3()
-        k = first
-        while k < last:
-            total += values[k] * x[column[k]]
-            k += 1
-        return total
+    part_of_row = make_rows(precision, SUBJECT).part_of_row
 
     @kernel
     def invert_pivots(
