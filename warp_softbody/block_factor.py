@@ -14,6 +14,12 @@ from warp_softbody.kernels.cholesky import make_cholesky
 from warp_softbody.kernels.precision import Real
 
 
+def constant_integers(values: npt.NDArray[np.int32], dtype: Any, device: str) -> Any:
+    """A device array of integers that are never written; on the CPU it shares their memory."""
+    contiguous = np.ascontiguousarray(values, dtype=np.int32)
+    return wp.array(contiguous, dtype=dtype, device=device, copy=False)
+
+
 @dataclass(frozen=True)
 class Freedom:
     """Which velocities contact leaves free; device arrays over nodes.
@@ -44,7 +50,7 @@ class BlockFactor:
         self._work = wp.zeros(self._count, dtype=types.vec3, device=device)
 
         def integers(values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
-            return wp.array(values, dtype=dtype, device=device)
+            return constant_integers(values, dtype, device)
 
         self._order = integers(elimination.order)
         self._row_start = integers(elimination.row_start)

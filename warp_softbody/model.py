@@ -10,6 +10,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warp_softbody.aggregation import Aggregation, build_aggregation, coarse_matrix
+from warp_softbody.block_factor import constant_integers
 from warp_softbody.elimination import Elimination, build_elimination
 from warp_softbody.kernels.precision import Real, real
 from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout
@@ -110,6 +111,10 @@ class Model:
         """A device array of values."""
         return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.options.device)
 
+    def indices(self, values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
+        """A device array of constant integers; on the CPU it shares their memory."""
+        return constant_integers(values, dtype, self.options.device)
+
     def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
         """A device array of zeros."""
         return wp.zeros(shape, dtype=dtype, device=self.options.device)
@@ -159,7 +164,7 @@ def _body_arrays(model: Model) -> Arrays:
         1.0 + dt * material.mass_damping,
     ]
     return {
-        "tets": model.array(mesh.tets, wp.vec4i),
+        "tets": model.indices(mesh.tets, wp.vec4i),
         "rest_inverse": model.array(rest_inverse, types.mat33),
         "rest_volume": model.array(mesh.volumes, types.scalar),
         "lame": model.array([material.lame_mu, material.lame_lambda], types.scalar),
@@ -167,15 +172,15 @@ def _body_arrays(model: Model) -> Arrays:
         "gravity": model.array([model.scene.gravity], types.vec3),
         "mass": model.array(model.masses, types.scalar),
         "fixed": model.array(model.fixed.astype(np.int32), wp.int32),
-        "row_start": model.array(topology.row_start, wp.int32),
-        "column": model.array(topology.column, wp.int32),
-        "diagonal_slot": model.array(topology.diagonal_slot, wp.int32),
-        "edge_start": model.array(topology.edge_start, wp.int32),
-        "edge_corners": model.array(topology.edge_corners, wp.vec2i),
-        "tet_edges": model.array(topology.tet_edges, wp.int32),
-        "edge_slots": model.array(topology.edge_slots, wp.vec2i),
-        "node_start": model.array(topology.node_start, wp.int32),
-        "node_corners": model.array(topology.node_corners, wp.int32),
+        "row_start": model.indices(topology.row_start, wp.int32),
+        "column": model.indices(topology.column, wp.int32),
+        "diagonal_slot": model.indices(topology.diagonal_slot, wp.int32),
+        "edge_start": model.indices(topology.edge_start, wp.int32),
+        "edge_corners": model.indices(topology.edge_corners, wp.vec2i),
+        "tet_edges": model.indices(topology.tet_edges, wp.int32),
+        "edge_slots": model.indices(topology.edge_slots, wp.vec2i),
+        "node_start": model.indices(topology.node_start, wp.int32),
+        "node_corners": model.indices(topology.node_corners, wp.int32),
         "tolerance": model.array([model.options.solver_tolerance], wp.float64),
     }
 
@@ -185,9 +190,9 @@ def _aggregate_arrays(model: Model) -> Arrays:
     if aggregation is None:
         return {}
     return {
-        "aggregate_of": model.array(aggregation.aggregate_of, wp.int32),
-        "aggregate_start": model.array(aggregation.start, wp.int32),
-        "aggregate_nodes": model.array(aggregation.nodes, wp.int32),
+        "aggregate_of": model.indices(aggregation.aggregate_of, wp.int32),
+        "aggregate_start": model.indices(aggregation.start, wp.int32),
+        "aggregate_nodes": model.indices(aggregation.nodes, wp.int32),
         "offsets": model.array(aggregation.offsets, model.types.vec3),
     }
 
@@ -199,13 +204,13 @@ def _muscle_arrays(model: Model) -> Arrays:
         layout.pair_segment[by_segment], np.arange(model.segment_count + 1)
     )
     return {
-        "point_nodes": model.array(layout.point_nodes, wp.vec4i),
+        "point_nodes": model.indices(layout.point_nodes, wp.vec4i),
         "point_weights": model.array(layout.point_weights, types.vec4),
-        "segment_points": model.array(layout.segment_points, wp.vec2i),
+        "segment_points": model.indices(layout.segment_points, wp.vec2i),
         "directions": model.array(layout.directions, types.vec3),
         "muscle_stiffness": model.array(layout.stiffness, types.scalar),
         "pair_start": model.array(layout.by_tet(model.tet_count), wp.int32),
-        "pair_segment": model.array(layout.pair_segment, wp.int32),
+        "pair_segment": model.indices(layout.pair_segment, wp.int32),
         "pair_weight": model.array(layout.pair_weight, types.scalar),
         "segment_start": model.array(segment_start.astype(np.int32), wp.int32),
         "segment_tet": model.array(layout.pair_tet[by_segment], wp.int32),
