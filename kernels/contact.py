@@ -1,4 +1,4 @@
-"""Frictional contact of the surface nodes with a plane, on the step's own velocities.
+"""Frictional contact of the surface nodes with the ground, on the step's own velocities.
 
 Signorini's condition at velocity level with a gap term and Coulomb's law with the smooth cone,
 solved by a primal-dual active set: the modes (lift, stick, slide) fix which velocity components are
@@ -17,6 +17,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels.contact_directions import constant_factor, directional_factor
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "contact"
@@ -37,117 +38,30 @@ EARLIER_PASSES = 9
 
 
 @cache
-def make_contact(precision: str) -> SimpleNamespace:
-    """Kernels ``detect``, ``impose``, ``update_modes``, ``conclude_pass`` and the step's ends."""
+def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
+    """Kernels ``impose``, ``hold_fixed``, ``update_modes`` and ``conclude_pass``.
+
+    With ``directional`` the friction of a node depends on the direction in which it slides.
+    """
+    subject = "directional_contact" if directional else SUBJECT
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    functions = cg.make_conjugate_gradients(precision)
-    row_product = functions.row_product
+    kernel, func = types.kernel(subject), types.func(subject)
+    vec2 = wp.types.vector(length=2, dtype=scalar)
+    row_product = cg.make_conjugate_gradients(precision).row_product
+    make_factor = directional_factor if directional else constant_factor
+    friction_factor = make_factor(precision, subject)
     free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
     newton_passes = wp.constant(NEWTON_PASSES)
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
-
-    @kernel
-    def right_side(
-        # model
-        node_start: wp.array(dtype=int),
-        node_corners: wp.array(dtype=int),
-        step_factors: wp.array(dtype=scalar),
-        has_muscles: int,
-        # in
-        momentum: wp.array(dtype=vec3),
-        external_forces: wp.array(dtype=vec3),
-        muscle_forces: wp.array(dtype=vec3),
-        velocities: wp.array(dtype=vec3),
-        friction_forces: wp.array(dtype=vec3),
-        # out
-        right: wp.array(dtype=vec3),
-        right_with_slip: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
-    ):
-        i = wp.tid()
-        force = external_forces[i]
-        if has_muscles != 0:
-            for k in range(node_start[i], node_start[i + 1]):
-                force += muscle_forces[node_corners[k]]
-        known = momentum[i] + step_factors[0] * force
-        right[i] = known
-        right_with_slip[i] = known + friction_forces[i]
-        x[i] = velocities[i]
-
-    @kernel
-    def newton_right_side(
-        # model
-        node_start: wp.array(dtype=int),
-        node_corners: wp.array(dtype=int),
-        step_factors: wp.array(dtype=scalar),
-        mass: wp.array(dtype=scalar),
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        has_muscles: int,
-        # in
-        values: wp.array(dtype=mat33),
-        momentum: wp.array(dtype=vec3),
-        external_forces: wp.array(dtype=vec3),
-        muscle_forces: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
-        friction_forces: wp.array(dtype=vec3),
-        # out
-        right: wp.array(dtype=vec3),
-        right_with_slip: wp.array(dtype=vec3),
-    ):
-        # forces and K at x + dt v, v the last iterate, where the force is linear in v+ - v: what K
-        # takes from v in the matrix is given back, but for damping
-        i = wp.tid()
-        force = external_forces[i]
-        if has_muscles != 0:
-            for k in range(node_start[i], node_start[i + 1]):
-                force += muscle_forces[node_corners[k]]
-        stiff = row_product(i, row_start, column, values, x) - (mass[i] * step_factors[2]) * x[i]
-        dt = step_factors[0]
-        known = momentum[i] + dt * force + (dt * dt / step_factors[1]) * stiff
-        right[i] = known
-        right_with_slip[i] = known + friction_forces[i]
-
-    @kernel
-    def begin_iteration(
-        # out
-        counters: wp.array(dtype=int),
-    ):
-        counters[EARLIER_PASSES] = counters[EARLIER_PASSES] + counters[PASSES]
-        counters[PASSES] = 0
-        counters[AGAIN] = 0
-        counters[cg.LOOSE] = 0
-
-    @kernel
-    def detect(
-        # model
-        surface_nodes: wp.array(dtype=int),
-        plane_normal: wp.array(dtype=vec3),
-        plane: wp.array(dtype=scalar),
-        step_factors: wp.array(dtype=scalar),
-        # in
-        positions: wp.array(dtype=vec3),
-        # out
-        normal_velocity: wp.array(dtype=scalar),
-        normals: wp.array(dtype=vec3),
-    ):
-        # plane: offset, friction, recovery speed
-        c = wp.tid()
-        i = surface_nodes[c]
-        n = plane_normal[0]
-        gap = wp.dot(n, positions[i]) - plane[0]
-        normals[i] = n
-        normal_velocity[c] = wp.min(-gap / step_factors[0], plane[2])
 
     @kernel
     def impose(
         # model
         surface_nodes: wp.array(dtype=int),
         fixed: wp.array(dtype=int),
-        plane_normal: wp.array(dtype=vec3),
         # in
+        normals: wp.array(dtype=vec3),
         modes: wp.array(dtype=int),
         normal_velocity: wp.array(dtype=scalar),
         # out
@@ -158,7 +72,7 @@ def make_contact(precision: str) -> SimpleNamespace:
         i = surface_nodes[c]
         if fixed[i] == 0:
             mode = modes[c]
-            n = plane_normal[0]
+            n = normals[i]
             kind = free
             if mode == stick:
                 kind = held
@@ -196,6 +110,15 @@ def make_contact(precision: str) -> SimpleNamespace:
             stiffness -= (bound / speed) * wp.outer(direction, direction)
         return force, stiffness
 
+    @func
+    def coulomb_violation(friction: vec3, trial: vec3, bound: scalar):
+        # distance of the friction from the projection of the trial onto the disc of the bound
+        size = wp.length(trial)
+        nearest = trial
+        if size > bound:
+            nearest = (bound / size) * trial
+        return wp.length(friction - nearest)
+
     @kernel
     def update_modes(
         # model
@@ -204,13 +127,16 @@ def make_contact(precision: str) -> SimpleNamespace:
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
         diagonal_slot: wp.array(dtype=int),
-        plane_normal: wp.array(dtype=vec3),
-        plane: wp.array(dtype=scalar),
+        friction_coefficient: wp.array(dtype=scalar),
+        forward: wp.array(dtype=vec3),
+        friction_factors: wp.array2d(dtype=scalar),
         tolerances: wp.array(dtype=scalar),
         # in
+        node_rotations: wp.array(dtype=mat33),
         values: wp.array(dtype=mat33),
         right: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
+        normals: wp.array(dtype=vec3),
         normal_velocity: wp.array(dtype=scalar),
         counters: wp.array(dtype=int),
         # out
@@ -221,16 +147,18 @@ def make_contact(precision: str) -> SimpleNamespace:
         slip_stiffness: wp.array(dtype=mat33),
         right_with_slip: wp.array(dtype=vec3),
         changed: wp.array(dtype=int),
+        violations: wp.array(dtype=vec2),
     ):
         # tolerances: impulse, normal velocity, relative friction, speed that counts as sliding
         c = wp.tid()
         i = surface_nodes[c]
         mode = modes[c]
-        n = plane_normal[0]
+        n = normals[i]
         changed[c] = 0
         if fixed[i] != 0:
             impulses[c] = vec3()
             return
+        weight = scalar(0.3333333333333333) * wp.trace(values[diagonal_slot[i]])
         impulse = row_product(i, row_start, column, values, x) - right[i]
         normal_impulse = wp.dot(n, impulse)
         normal_speed = wp.dot(n, x[i])
@@ -242,20 +170,27 @@ def make_contact(precision: str) -> SimpleNamespace:
         force = vec3()
         stiffness = mat33()
         if mode == lift:
+            violations[c] = vec2(
+                weight * wp.max(normal_velocity[c] - normal_speed, scalar(0.0)), scalar(0.0)
+            )
             impulse = vec3()
             if normal_speed < normal_velocity[c] - tolerances[1]:
                 next_mode = slide
                 slip_velocities[i] = vec3()
         elif normal_impulse < -tolerances[0]:
+            violations[c] = vec2(-normal_impulse, wp.length(friction))
             if mode == stick:
                 next_mode = slide
                 changed[c] = 1
                 slip_velocities[i] = vec3()
         else:
-            bound = plane[1] * wp.max(normal_impulse, scalar(0.0))
-            weight = scalar(0.3333333333333333) * wp.trace(values[diagonal_slot[i]])
             trial = friction - weight * sliding
             size = wp.length(trial)
+            factor = friction_factor(c, i, n, -trial, forward, friction_factors, node_rotations)
+            bound = factor * friction_coefficient[c] * wp.max(normal_impulse, scalar(0.0))
+            violations[c] = vec2(
+                wp.max(-normal_impulse, scalar(0.0)), coulomb_violation(friction, trial, bound)
+            )
             next_mode = stick
             # to begin, it must exceed the cone by what would move its own block noticeably
             margin = wp.min(weight * tolerances[3], scalar(0.01) * bound)
@@ -295,13 +230,17 @@ def make_contact(precision: str) -> SimpleNamespace:
         # in
         changed: wp.array(dtype=int),
         modes: wp.array(dtype=int),
+        violations: wp.array(dtype=vec2),
         # out
         counters: wp.array(dtype=int),
+        largest_violations: wp.array(dtype=vec2),
     ):
         total = int(0)
         touching = int(0)
+        largest = vec2()
         for c in range(changed.shape[0]):
             total += changed[c]
+            largest = wp.max(largest, violations[c])
             if modes[c] != lift:
                 touching += 1
         # modes are sought with loose solves; once they settle, one solve to the tolerance must
@@ -309,33 +248,14 @@ def make_contact(precision: str) -> SimpleNamespace:
         counters[PASSES] = counters[PASSES] + 1
         counters[TOUCHING] = touching
         counters[CHANGED] = total
+        largest_violations[0] = largest
         unconfirmed = total > 0 or counters[cg.LOOSE] != 0
         counters[AGAIN] = wp.where(unconfirmed and counters[PASSES] < max_passes, 1, 0)
         counters[cg.LOOSE] = wp.where(total > 0 and counters[PASSES] < max_passes - 1, 1, 0)
 
-    @kernel
-    def advance_state(
-        # model
-        step_factors: wp.array(dtype=scalar),
-        # in
-        positions: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
-        # out
-        next_positions: wp.array(dtype=vec3),
-        next_velocities: wp.array(dtype=vec3),
-    ):
-        i = wp.tid()
-        next_velocities[i] = x[i]
-        next_positions[i] = positions[i] + step_factors[0] * x[i]
-
     return SimpleNamespace(
-        right_side=right_side,
-        newton_right_side=newton_right_side,
-        begin_iteration=begin_iteration,
-        detect=detect,
         impose=impose,
         hold_fixed=hold_fixed,
         update_modes=update_modes,
         conclude_pass=conclude_pass,
-        advance_state=advance_state,
     )

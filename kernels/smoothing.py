@@ -4,8 +4,10 @@ The deformation gradient is averaged by volume over the tets around an edge for 
 ``mu |F - R|^2`` and over those around a node for the volume energy ``lambda/2 (tr(R^T F) - 3)^2``
 (edge-based smoothing, Nguyen-Thoi et al. 2009; volume over nodes after Bonet and Burton 1998), each
 with its own rotation R. An edge holds a sixth of the volume of its tets, a node a quarter.
-As averaging can only lower an energy that is convex in the strain, the tets' own stiffness is an
-upper bound of the smoothed one: the implicit step keeps it, and stays stable.
+As averaging can only lower an energy that is convex in the strain, the stiffness of the tets is an
+upper bound of the smoothed one, and the implicit step takes it: shear turned with each tet, volume
+with each of its nodes, whose rotations the volume's forces follow. (With the tet's rotation alone a
+relative turn theta leaves lambda theta^2 uncovered, and crumpled bodies explode.)
 """
 
 from functools import cache
@@ -126,9 +128,11 @@ def make_smoothing(precision: str) -> SimpleNamespace:
         edge_stresses: wp.array(dtype=mat33),
         edge_rotations: wp.array(dtype=mat33),
         node_stresses: wp.array(dtype=mat33),
+        node_rotations: wp.array(dtype=mat33),
         # out
         rotations: wp.array(dtype=mat33),
         gradients: wp.array(dtype=vec3),
+        volume_gradients: wp.array(dtype=vec3),
         forces: wp.array(dtype=vec3),
     ):
         # a tet's rotation, for its muscles and its share in the matrix, is the mean of its edges',
@@ -150,12 +154,55 @@ def make_smoothing(precision: str) -> SimpleNamespace:
         rotations[t] = R
         B = rest_inverse[t]
         volume = rest_volume[t]
-        by_corner(4 * t, wp.sqrt(volume) * (B * wp.transpose(R)), gradients)
+        root = wp.sqrt(volume)
+        by_corner(4 * t, root * (B * wp.transpose(R)), gradients)
+        for k in range(4):
+            turned = (scalar(0.5) * root) * (B * wp.transpose(node_rotations[corners[k]]))
+            by_corner(16 * t + 4 * k, turned, volume_gradients)
         by_corner(4 * t, (-volume) * (B * wp.transpose(stress)), forces)
+
+    @kernel
+    def smoothed_edges(
+        # model
+        edge_start: wp.array(dtype=int),
+        edge_corners: wp.array(dtype=wp.vec2i),
+        edge_slots: wp.array(dtype=wp.vec2i),
+        lame: wp.array(dtype=scalar),
+        step_factors: wp.array(dtype=scalar),
+        # in
+        gradients: wp.array(dtype=vec3),
+        volume_gradients: wp.array(dtype=vec3),
+        # out
+        values: wp.array(dtype=mat33),
+    ):
+        # K_ab = V0 (lambda / 4 sum_n Gna Gnb^T + mu Gb Ga^T + mu Ga.Gb I), Gn = R_n g
+        edge = wp.tid()
+        outer = mat33()
+        volume = mat33()
+        k = edge_start[edge]
+        last = edge_start[edge + 1]
+        while k < last:
+            corners = edge_corners[k]
+            outer += wp.outer(gradients[corners[0]], gradients[corners[1]])
+            t = corners[0] / 4
+            first = 12 * t + corners[0]
+            second = 12 * t + corners[1]
+            for node in range(4):
+                volume += wp.outer(
+                    volume_gradients[first + 4 * node], volume_gradients[second + 4 * node]
+                )
+            k += 1
+        along = wp.trace(outer) * wp.identity(n=3, dtype=scalar)
+        shear = (step_factors[1] * lame[0]) * (wp.transpose(outer) + along)
+        block = (step_factors[1] * lame[1]) * volume + shear
+        slots = edge_slots[edge]
+        values[slots[0]] = block
+        values[slots[1]] = wp.transpose(block)
 
     return SimpleNamespace(
         deformation_gradients=deformation_gradients,
         stress_edges=stress_edges,
         stress_nodes=stress_nodes,
         smoothed_tets=smoothed_tets,
+        smoothed_edges=smoothed_edges,
     )

@@ -59,6 +59,7 @@ class Assembly:
             self._edge_stresses = model.zeros(self._edge_count, types.mat33)
             self._edge_rotations = model.zeros(self._edge_count, types.mat33)
             self._node_stresses = model.zeros(n, types.mat33)
+            self._volume_gradients = model.zeros(16 * m, types.vec3)
 
     def launch(self, positions: Any, velocities: Any) -> None:
         """Launch all of it; ``velocities`` are those of the momentum."""
@@ -77,6 +78,8 @@ class Assembly:
                 Phase(m.tet_count, self._smoothed_tets),
             ]
         edges = [Phase(self._edge_count, self._edges)]
+        if self._smoothing is not None:
+            edges = [Phase(self._edge_count, self._smoothed_edges)]
         if self._tangent is not None:
             edges = [
                 Phase(m.tet_count, lambda a, b: self._couple(positions, a, b)),
@@ -129,8 +132,10 @@ class Assembly:
         tets, *rest = self._body(a, b)
         structure = [tets, self._model.arrays["tet_edges"][a:b], *rest]
         stresses = [self._edge_stresses, self._edge_rotations, self._node_stresses]
-        corners = slice(4 * a, 4 * b)
-        outputs = [self.rotations[a:b], self._gradients[corners], self._forces[corners]]
+        stresses.append(self.node_rotations)
+        corners, volumes = slice(4 * a, 4 * b), slice(16 * a, 16 * b)
+        outputs = [self.rotations[a:b], self._gradients[corners]]
+        outputs += [self._volume_gradients[volumes], self._forces[corners]]
         self._launch(self._smoothing.smoothed_tets, a, b, [*structure, *stresses], outputs)
 
     def _edge_inputs(self, a: int, b: int) -> list[Any]:
@@ -142,6 +147,10 @@ class Assembly:
     def _edges(self, a: int, b: int) -> None:
         inputs = self._edge_inputs(a, b)
         self._launch(self._elasticity.stiffness_edges, a, b, inputs, [self.values])
+
+    def _smoothed_edges(self, a: int, b: int) -> None:
+        inputs = [*self._edge_inputs(a, b), self._volume_gradients]
+        self._launch(self._smoothing.smoothed_edges, a, b, inputs, [self.values])
 
     def _couple(self, positions: Any, a: int, b: int) -> None:
         tets, rest_inverse, _ = self._body(a, b)

@@ -27,7 +27,8 @@ class SimulationOptions:
             change of the rotations, so that a free body keeps its angular momentum to rounding.
             "exact" is the derivative of the elastic force, made positive semidefinite.
         elements: "linear" four-node tets, or "smoothed" ones, which hardly lock in bending and near
-            incompressibility; they take their forces from strains averaged over edges and nodes.
+            incompressibility; they take their forces from strains averaged over edges and nodes,
+            and go with the warped tangent alone.
         newton_iterations: of one step; 1 is the linearly implicit step, more come nearer to the
             implicit Euler step, each for the price of a step.
         device: a Warp device name, "cpu" or "cuda:0".
@@ -67,6 +68,10 @@ class SimulationOptions:
             value = getattr(self, name)
             if value not in known:
                 raise InputError(f"{name} must be one of {', '.join(known)}, got {value!r}")
+        if self.elements == "smoothed" and self.tangent != "warped":
+            raise InputError(
+                f"smoothed elements have a warped tangent only, got tangent {self.tangent!r}"
+            )
         for name in ("tolerance", "bridge_tolerance", "recovery_speed"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0.0):

@@ -50,6 +50,7 @@ def kernel_rotations(F: FloatArray, precision: Precision) -> FloatArray:
             wp.array(np.tile(np.eye(3), (count, 1, 1)), dtype=types.mat33, device="cpu"),
             wp.array(np.ones(count), dtype=types.scalar, device="cpu"),
             wp.array([1.0, 1.0], dtype=types.scalar, device="cpu"),
+            0,  # no muscles
             wp.array(positions.reshape(-1, 3), dtype=types.vec3, device="cpu"),
         ],
         outputs=out,

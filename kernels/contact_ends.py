@@ -1,0 +1,117 @@
+"""The two ends of a step: its right-hand side, and the state that it leads to."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels.contact import AGAIN, EARLIER_PASSES, PASSES
+from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.rows import make_rows
+
+SUBJECT = "contact_ends"
+
+
+@cache
+def make_contact_ends(precision: str) -> SimpleNamespace:
+    """Kernels ``right_side``, ``newton_right_side``, ``begin_iteration``, ``advance_state``."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    kernel = types.kernel(SUBJECT)
+    part_of_row = make_rows(precision, SUBJECT).part_of_row
+
+    @kernel
+    def right_side(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        step_factors: wp.array(dtype=scalar),
+        has_muscles: int,
+        # in
+        momentum: wp.array(dtype=vec3),
+        external_forces: wp.array(dtype=vec3),
+        muscle_forces: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        friction_forces: wp.array(dtype=vec3),
+        # out
+        right: wp.array(dtype=vec3),
+        right_with_slip: wp.array(dtype=vec3),
+        x: wp.array(dtype=vec3),
+    ):
+        i = wp.tid()
+        force = external_forces[i]
+        if has_muscles != 0:
+            for k in range(node_start[i], node_start[i + 1]):
+                force += muscle_forces[node_corners[k]]
+        known = momentum[i] + step_factors[0] * force
+        right[i] = known
+        right_with_slip[i] = known + friction_forces[i]
+        x[i] = velocities[i]
+
+    @kernel
+    def newton_right_side(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        step_factors: wp.array(dtype=scalar),
+        mass: wp.array(dtype=scalar),
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        has_muscles: int,
+        # in
+        values: wp.array(dtype=mat33),
+        momentum: wp.array(dtype=vec3),
+        external_forces: wp.array(dtype=vec3),
+        muscle_forces: wp.array(dtype=vec3),
+        x: wp.array(dtype=vec3),
+        friction_forces: wp.array(dtype=vec3),
+        # out
+        right: wp.array(dtype=vec3),
+        right_with_slip: wp.array(dtype=vec3),
+    ):
+        # forces and K at x + dt v, v the last iterate, where the force is linear in v+ - v: what K
+        # takes from v in the matrix is given back, but for damping
+        i = wp.tid()
+        force = external_forces[i]
+        if has_muscles != 0:
+            for k in range(node_start[i], node_start[i + 1]):
+                force += muscle_forces[node_corners[k]]
+        stiff = part_of_row(row_start[i], row_start[i + 1], column, values, x)
+        stiff -= (mass[i] * step_factors[2]) * x[i]
+        dt = step_factors[0]
+        known = momentum[i] + dt * force + (dt * dt / step_factors[1]) * stiff
+        right[i] = known
+        right_with_slip[i] = known + friction_forces[i]
+
+    @kernel
+    def begin_iteration(
+        # out
+        counters: wp.array(dtype=int),
+    ):
+        counters[EARLIER_PASSES] = counters[EARLIER_PASSES] + counters[PASSES]
+        counters[PASSES] = 0
+        counters[AGAIN] = 0
+        counters[cg.LOOSE] = 0
+
+    @kernel
+    def advance_state(
+        # model
+        step_factors: wp.array(dtype=scalar),
+        # in
+        positions: wp.array(dtype=vec3),
+        x: wp.array(dtype=vec3),
+        # out
+        next_positions: wp.array(dtype=vec3),
+        next_velocities: wp.array(dtype=vec3),
+    ):
+        i = wp.tid()
+        next_velocities[i] = x[i]
+        next_positions[i] = positions[i] + step_factors[0] * x[i]
+
+    return SimpleNamespace(
+        right_side=right_side,
+        newton_right_side=newton_right_side,
+        begin_iteration=begin_iteration,
+        advance_state=advance_state,
+    )
