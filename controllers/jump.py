@@ -1,0 +1,174 @@
+"""Jumps: crouch, push off, fly, land (docs/method.md section 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.balance import Balance, BalanceGains
+from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.objectives import Objective
+from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.view import BodyView
+
+FloatArray = npt.NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+BASE_PATCHES = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3")
+
+
+class Phase(Enum):
+    """What a jumper is doing."""
+
+    STAND = "stand"
+    CROUCH = "crouch"
+    PUSH = "push"
+    FLY = "fly"
+    LAND = "land"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JumpGains:
+    """Gains, weights and timing of a jump.
+
+    Attributes:
+        depth: m, how far the centre of mass is lowered before the jump.
+        lean: (x, y) m, how far it is shifted from the middle of the base meanwhile.
+        crouch_time: s.
+        launch: m/s, wanted velocity of the centre of mass at take-off.
+        push: 1/s, how fast momentum is to come near that of the launch.
+        push_time: s, longest push; then the jump counts as failed and the body balances.
+        position: Kp, 1/s^2, of the centre of mass while crouching.
+        velocity: Kd, 1/s, of the same.
+        spin: 1/s, decay of angular momentum.
+        turn: m g times 1 m, rate of angular momentum about the vertical wanted in the push.
+        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        reach: (x, y, z) m, base relative to the centre of mass wanted in the air; z below.
+        reach_rate: 1/s, how fast it is to come there.
+        reach_weight: of that velocity, s^2/m^2.
+        rest_time: s between landing and the next jump.
+        activation: cost of effort and change while jumping.
+        landing: gains of the balance after it.
+    """
+
+    depth: float = 0.12
+    lean: tuple[float, float] = (0.0, 0.0)
+    crouch_time: float = 0.5
+    launch: Vector = (0.0, 0.0, 2.0)
+    push: float = 20.0
+    push_time: float = 0.5
+    position: float = 45.0
+    velocity: float = 9.0
+    spin: float = 8.0
+    turn: float = 0.0
+    spin_weight: float = 20.0
+    reach: Vector = (0.0, 0.0, -0.49)
+    reach_rate: float = 8.0
+    reach_weight: float = 1.0
+    rest_time: float = 1.0
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.015, change=0.2)
+    )
+    landing: BalanceGains = field(default_factory=BalanceGains)
+
+
+class Jump:
+    """Jumps a number of times and keeps its balance before, between and after."""
+
+    def __init__(
+        self,
+        gains: JumpGains | None = None,
+        *,
+        jumps: int = 1,
+        start: float = 0.5,
+        base: str = "base",
+        patches: tuple[str, ...] = BASE_PATCHES,
+    ) -> None:
+        """Jump from a base region, ``start`` seconds after the run begins."""
+        self._gains = gains or JumpGains()
+        self._jumps = jumps
+        self._base = base
+        self._patches = patches
+        self._balance = Balance(self._gains.landing, base=base, patches=patches)
+        self.phase = Phase.STAND
+        self._since = 0.0
+        self._wait = start
+        self._done = 0
+        self._height: float | None = None
+
+    def goals(self, view: BodyView) -> Goals:
+        """Objectives of the step from ``view`` on."""
+        base = view.positions[view.scene.character.region(self._base)].mean(axis=0)
+        if self._height is None:
+            self._height = float(view.center_of_mass[2] - base[2])
+        self._advance(view)
+        if self.phase is Phase.CROUCH:
+            return self._wanted(view, self._crouch(view, base), grounded=True)
+        if self.phase is Phase.PUSH:
+            return self._wanted(view, self._push(view), grounded=True)
+        if self.phase is Phase.FLY:
+            return self._wanted(view, self._fly(view), grounded=False)
+        return self._balance.goals(view)
+
+    def _advance(self, view: BodyView) -> None:
+        g, elapsed = self._gains, view.time - self._since
+        airborne = not view.touching.any()
+        if self.phase in (Phase.STAND, Phase.LAND):
+            if elapsed >= self._wait and self._done < self._jumps:
+                self._enter(Phase.CROUCH, view)
+        elif self.phase is Phase.CROUCH:
+            if elapsed >= g.crouch_time:
+                self._enter(Phase.PUSH, view)
+        elif self.phase is Phase.PUSH:
+            if airborne:
+                self._enter(Phase.FLY, view)
+            elif elapsed >= g.push_time:
+                self._land(view)
+        elif not airborne and view.linear_momentum[2] < 0.0:
+            self._land(view)
+
+    def _enter(self, phase: Phase, view: BodyView) -> None:
+        self.phase = phase
+        self._since = view.time
+
+    def _land(self, view: BodyView) -> None:
+        self._enter(Phase.LAND, view)
+        self._wait = self._gains.rest_time
+        self._done += 1
+
+    def _wanted(self, view: BodyView, wanted: tuple[Objective, ...], *, grounded: bool) -> Goals:
+        patches = ground_patches(view, self._patches) if grounded else ()
+        return Goals(objectives=wanted, patches=patches, activation=self._gains.activation)
+
+    def _crouch(self, view: BodyView, base: FloatArray) -> tuple[Objective, ...]:
+        g = self._gains
+        assert self._height is not None
+        goal = base + np.array([*g.lean, self._height - g.depth])
+        pull = view.mass * g.position * (goal - view.center_of_mass)
+        rate = pull - g.velocity * view.linear_momentum
+        return (
+            objectives.linear_momentum(view, rate),
+            objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
+        )
+
+    def _push(self, view: BodyView) -> tuple[Objective, ...]:
+        g = self._gains
+        rate = g.push * (view.mass * np.array(g.launch) - view.linear_momentum)
+        spin = -g.spin * view.angular_momentum
+        spin[2] = g.turn * view.weight
+        return (
+            objectives.linear_momentum(view, rate),
+            objectives.angular_momentum(view, spin, g.spin_weight),
+        )
+
+    def _fly(self, view: BodyView) -> tuple[Objective, ...]:
+        g = self._gains
+        nodes = view.scene.character.region(self._base)
+        weights = -view.masses / view.mass
+        weights[nodes] += 1.0 / len(nodes)
+        way = g.reach_rate * (np.array(g.reach) - weights @ view.positions)
+        return (objectives.velocity(view, weights, way, g.reach_weight),)
