@@ -4,23 +4,33 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
 from warp_softbody.character import Character
+from warp_softbody.characters.fibers import four_upright, group, ring
+from warp_softbody.characters.recipe import Recipe
+from warp_softbody.characters.regions import select, standing
 from warp_softbody.characters.store import load_mesh, load_recipe
-from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
+from warp_softbody.muscles import MuscleGroup
 
 if TYPE_CHECKING:
     import trimesh
 
-FIBER_OFFSET = 0.12
-FIBER_ENDS = (0.02, 0.98)
-SEGMENTS = 12
-STRENGTH = 4e5
-KERNEL_WIDTH = 0.12
-HEAD_HEIGHT = 0.9
-EDGE = 1e-6
+RECIPE = Recipe(
+    name="letter_i",
+    outline=(
+        (0.0, 0.0),
+        (0.25, 0.0),
+        (0.25, 0.1),
+        (0.15, 0.1),
+        (0.15, 0.9),
+        (0.25, 0.9),
+        (0.25, 1.0),
+        (0.0, 1.0),
+    ),
+    depth=0.3,
+    size=0.084,
+    tetgen_options={"nobisect": True, "mindihedral": 10.0, "minratio": 1.2},
+)
+RING_HEIGHTS = (0.11, 0.24, 0.37, 0.5, 0.63, 0.76, 0.89)
 
 
 def letter_i() -> Character:
@@ -31,24 +41,16 @@ def letter_i() -> Character:
     +-, -+, ++; nodes on x = 0 or y = 0 belong to both sides), the `head` and its upper face
     `head_top`.
     """
-    mesh = load_mesh("letter_i")
-    x, y, z = mesh.points.T
-    base = np.flatnonzero(z < EDGE)
-    regions = {
-        "base": base,
-        "head": np.flatnonzero(z > HEAD_HEIGHT - EDGE),
-        "head_top": np.flatnonzero(z > z.max() - EDGE),
-    }
-    for patch in range(4):
-        side_x, side_y = _quadrant(patch)
-        inside = (side_x * x[base] > -EDGE) & (side_y * y[base] > -EDGE)
-        regions[f"base_patch_{patch}"] = base[inside]
-    return Character(
-        name="letter_i",
-        mesh=mesh,
-        muscles=(_longitudinal(),),
-        regions={name: nodes.astype(np.int32) for name, nodes in regions.items()},
+    return _letter("letter_i", (_longitudinal(),))
+
+
+def letter_i_jump() -> Character:
+    """Letter I as it jumps: the same body and regions, with seven radial fibres more."""
+    rings = (
+        ring(f"radial_{i}", (0.0, 0.0, z), (0.12, 0.0, 0.0), (0.0, 0.12, 0.0), 8)
+        for i, z in enumerate(RING_HEIGHTS)
     )
+    return _letter("letter_i_jump", (_longitudinal(), group("radial", *rings)))
 
 
 def letter_i_surface() -> trimesh.Trimesh:
@@ -56,28 +58,11 @@ def letter_i_surface() -> trimesh.Trimesh:
     return load_recipe("letter_i").surface()
 
 
-def _quadrant(index: int) -> tuple[float, float]:
-    """Signs of x and y in a quadrant: --, +-, -+, ++."""
-    return (1.0 if index % 2 else -1.0), (1.0 if index // 2 else -1.0)
+def _letter(name: str, muscles: tuple[MuscleGroup, ...]) -> Character:
+    mesh = load_mesh("letter_i")
+    regions = select(standing(mesh, head=0.9))
+    return Character(name=name, mesh=mesh, muscles=muscles, regions=regions)
 
 
 def _longitudinal() -> MuscleGroup:
-    """Four vertical fibres, one near each corner of the stem."""
-    return MuscleGroup(
-        fibers=tuple(
-            Fiber(
-                vertices=_vertical(*(FIBER_OFFSET * side for side in _quadrant(i))),
-                kind=FiberKind.LONGITUDINAL,
-                name=f"longitudinal_{i}",
-            )
-            for i in range(4)
-        ),
-        strength=STRENGTH,
-        kernel_width=KERNEL_WIDTH,
-        name="longitudinal",
-    )
-
-
-def _vertical(x: float, y: float) -> npt.NDArray[np.float64]:
-    heights = np.linspace(*FIBER_ENDS, SEGMENTS + 1)
-    return np.stack([np.full_like(heights, x), np.full_like(heights, y), heights], axis=1)
+    return four_upright((0.12, 0.12), (0.02, 0.98), 12)
