@@ -2,20 +2,34 @@
 
 from warp_softbody.controllers.balance import Balance, BalanceGains
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
-from warp_softbody.controllers.full_form import FullForm, to_full
+from warp_softbody.controllers.full_form import FullForm, to_full, to_general
+from warp_softbody.controllers.general import QPCC
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.controllers.qpcc import ContactQPCC, uniform_directions
-from warp_softbody.controllers.result import QPCCResult, QPCCStatus, SolverOptions
+from warp_softbody.controllers.result import (
+    COLD_OPTIONS,
+    ContactMultipliers,
+    GeneralMultipliers,
+    GeneralResult,
+    QPCCResult,
+    QPCCStatus,
+    SolverOptions,
+)
 from warp_softbody.controllers.solver import enumerate_qpcc, solve_qpcc, solve_static
 
 __all__ = [
+    "COLD_OPTIONS",
+    "QPCC",
     "ActivationCost",
     "Balance",
     "BalanceGains",
+    "ContactMultipliers",
     "ContactQPCC",
     "Controller",
     "FullForm",
+    "GeneralMultipliers",
+    "GeneralResult",
     "Goals",
     "Objective",
     "Patch",
@@ -27,5 +41,6 @@ __all__ = [
     "solve_qpcc",
     "solve_static",
     "to_full",
+    "to_general",
     "uniform_directions",
 ]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warp_softbody.controllers.pieces import PieceTable
+from warp_softbody.controllers.pieces import BoolArray, PieceTable
 from warp_softbody.controllers.qpcc import FloatArray
 
 SINGULAR = 1e-10
@@ -18,19 +18,49 @@ GROWTH = 1e8
 
 @dataclass(frozen=True)
 class Blocks:
-    """Block matrices of the chosen pieces.
+    """The chosen pieces as small matrices per contact, padded; products leave the padding out.
 
     Attributes:
         basis: E, (3K, p): forces are f = E y.
-        still: T, (p, 3K): the velocities T w vanish.
-        on_force: (r, 3K), and
-        on_velocity: (r, 3K): the rows ``on_force f + on_velocity w >= 0``.
+        still: (K, 3, 3): velocities T w vanish.
+        rows: (K, r, 6): ``rows (f, w) >= 0``.
+        used: (3K,), which of the padded rows of ``still`` are rows.
+        kept: (K r,), which of the padded rows of ``rows`` are.
     """
 
     basis: FloatArray
     still: FloatArray
-    on_force: FloatArray
-    on_velocity: FloatArray
+    rows: FloatArray
+    used: BoolArray
+    kept: BoolArray
+
+    def hold(self, matrix: FloatArray) -> FloatArray:
+        """T times (3K, c): (p, c)."""
+        k, width = len(self.still), matrix.shape[1]
+        held: FloatArray = (self.still @ matrix.reshape(k, 3, width)).reshape(3 * k, width)
+        return held[self.used]
+
+    def pull(self, multipliers: FloatArray) -> FloatArray:
+        """T' times (p,): (3K,)."""
+        padded = np.zeros(len(self.used))
+        padded[self.used] = multipliers
+        back = padded.reshape(-1, 1, 3) @ self.still
+        return back.reshape(-1)
+
+    def test(self, force: FloatArray, velocity: FloatArray) -> FloatArray:
+        """The rows as affine maps, (r, c), of force and velocity, (3K, c)."""
+        k, width = len(self.still), force.shape[1]
+        both = np.concatenate([force.reshape(k, 3, width), velocity.reshape(k, 3, width)], axis=1)
+        tested: FloatArray = (self.rows @ both).reshape(len(self.kept), width)
+        return tested[self.kept]
+
+    def press(self, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The rows' multipliers, (r,), on forces and on velocities, (3K,) each."""
+        padded = np.zeros(len(self.kept))
+        padded[self.kept] = multipliers
+        k = len(self.still)
+        both = (padded.reshape(k, 1, self.rows.shape[1]) @ self.rows).reshape(k, 6)
+        return both[:, :3].reshape(-1), both[:, 3:].reshape(-1)
 
 
 @dataclass(frozen=True)
@@ -47,24 +77,17 @@ class AffineForces:
 
 
 def gather(table: PieceTable, modes: tuple[int, ...]) -> Blocks:
-    """Put the contacts' own small matrices on the diagonal and drop the padding."""
+    """Pick the contacts' own small matrices and drop the padding of the forces."""
     k, which = np.arange(len(modes)), np.array(modes, dtype=np.int64)
-    size = 3 * len(k)
     used = (np.arange(3) < table.count[k, which][:, None]).reshape(-1)
-    basis, still = np.zeros((len(k), 3, len(k), 3)), np.zeros((len(k), 3, len(k), 3))
+    basis = np.zeros((len(k), 3, len(k), 3))
     basis[k, :, k, :] = table.basis[k, which]
-    still[k, :, k, :] = table.still[k, which]
-    chosen = table.rows[k, which]
-    rows = np.zeros((2, len(k), chosen.shape[1], len(k), 3))
-    rows[0, k, :, k, :] = chosen[..., :3]
-    rows[1, k, :, k, :] = chosen[..., 3:]
-    on_force, on_velocity = rows.reshape(2, len(k) * chosen.shape[1], size)
-    kept = table.row_used[k, which].reshape(-1)
     return Blocks(
-        basis=basis.reshape(size, size)[:, used],
-        still=still.reshape(size, size)[used],
-        on_force=on_force[kept],
-        on_velocity=on_velocity[kept],
+        basis=basis.reshape(3 * len(k), 3 * len(k))[:, used],
+        still=table.still[k, which],
+        rows=table.rows[k, which],
+        used=used,
+        kept=table.row_used[k, which].reshape(-1),
     )
 
 
@@ -80,11 +103,11 @@ def eliminate(
         well_posed: Wf is definite, so that only sliding can make the system singular, which
             shows in the size of its inverse; else its condition is computed.
     """
-    system = blocks.still @ mobility @ blocks.basis
+    system = blocks.hold(mobility) @ blocks.basis
     size = len(system)
     if not well_posed and size and _reciprocal_condition(system) < SINGULAR:
         return None
-    sides = np.concatenate([blocks.still @ free, np.eye(size)], axis=1)
+    sides = np.concatenate([blocks.hold(free), np.eye(size)], axis=1)
     try:
         answer = np.linalg.solve(system, sides)
     except np.linalg.LinAlgError:

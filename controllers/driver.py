@@ -27,6 +27,9 @@ STEP_OPTIONS = SolverOptions(max_qps=16, kicks=2)
 CALM_OPTIONS = SolverOptions(max_qps=16, kicks=0)
 """What a step may spend while the last one left nothing worth looking for."""
 
+UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
+"""Endings that leave the activations as they were for a step."""
+
 CALM = 0.01
 """Objective below which a step counts as calm; in the units of the shipped controllers, momentum
 rows over m g dt, it stands for a missing force of a tenth of the weight."""
@@ -119,7 +122,7 @@ class Driver:
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step)
         result = self._solve(qpcc, activations, [patch.touching for patch in goals.patches])
-        usable = result.status is not QPCCStatus.INFEASIBLE
+        usable = result.status not in UNUSABLE
         self._modes = result.modes if usable else None
         self._calm = usable and result.objective < CALM
         chosen = result.controls if usable else activations

@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.controllers.general import QPCC
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 
 IntArray = npt.NDArray[np.intp]
@@ -105,6 +106,23 @@ def to_full(problem: ContactQPCC) -> FullForm:
         r0=right_offset,
         left_scale=left_scale,
         right_scale=right_scale,
+    )
+
+
+def to_general(problem: ContactQPCC, size: FloatArray | None = None) -> QPCC:
+    """Write the problem in the general form, in variables ``x / size``, default its own."""
+    full = to_full(problem)
+    size = np.ones_like(full.c) if size is None else size
+    return QPCC(
+        Q=full.Q * size[:, None] * size,
+        c=full.c * size,
+        c0=full.c0,
+        lb=full.lb / size,
+        ub=full.ub / size,
+        L=full.L * size,
+        l0=full.l0,
+        R=full.R * size,
+        r0=full.r0,
     )
 
 

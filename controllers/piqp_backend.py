@@ -1,4 +1,4 @@
-"""The only file that knows PIQP: one dense convex QP in, one checked answer out."""
+"""The only file that knows PIQP: one convex QP in, one checked answer out."""
 
 from __future__ import annotations
 
@@ -7,13 +7,25 @@ from typing import Any
 
 import numpy as np
 import piqp
+import scipy.sparse as sp
 
 from warp_softbody.controllers.qp import QPMultipliers, QPProblem, QPSolution, QPStatus, checked
 from warp_softbody.errors import InputError
 
+SPARSE_SIZE = 150
+"""Variables above which a problem with few entries goes to the sparse solver."""
+
+SPARSE_FILL = 0.1
+"""Share of entries below which that is worth it."""
+
+VERDICTS = {
+    piqp.PIQP_PRIMAL_INFEASIBLE: QPStatus.INFEASIBLE,
+    piqp.PIQP_DUAL_INFEASIBLE: QPStatus.UNBOUNDED,
+}
+
 
 class PIQPBackend:
-    """PIQP's dense interior point solver behind ``solve``.
+    """PIQP's interior point solver behind ``solve``, dense or sparse by the problem's size.
 
     Settings are PIQP's own, by name; a name or value that it does not take is refused.
     """
@@ -43,17 +55,20 @@ class PIQPBackend:
 
     def solve(self, problem: QPProblem) -> QPSolution:
         """Solve one QP from scratch (an interior point method has no warm start)."""
-        solver = piqp.DenseSolver()
+        sparse = _sparse(problem)
+        solver = piqp.SparseSolver() if sparse else piqp.DenseSolver()
         for name, value in self._settings.items():
             setattr(solver.settings, name, value)
+        matrix = sp.csc_matrix if sparse else np.asfortranarray
         rows, equations = problem.h.size > 0, problem.b.size > 0
+        symmetric = problem.P.flags.c_contiguous and not sparse
         solver.setup(
             # P is symmetric: its transpose is the column-major copy that PIQP wants.
-            problem.P.T if problem.P.flags.c_contiguous else np.asfortranarray(problem.P),
+            problem.P.T if symmetric else matrix(problem.P),
             problem.c,
-            np.asfortranarray(problem.A) if equations else None,
+            matrix(problem.A) if equations else None,
             problem.b if equations else None,
-            np.asfortranarray(problem.G) if rows else None,
+            matrix(problem.G) if rows else None,
             problem.h if rows else None,
             None,
             problem.lower,
@@ -61,7 +76,6 @@ class PIQPBackend:
         )
         status = solver.solve()
         result = solver.result
-        refused = status == piqp.PIQP_PRIMAL_INFEASIBLE
         return checked(
             problem,
             result.x,
@@ -71,6 +85,14 @@ class PIQPBackend:
                 lower=np.array(result.z_bl),
                 upper=np.array(result.z_bu),
             ),
-            otherwise=QPStatus.INFEASIBLE if refused else QPStatus.UNSOLVED,
+            otherwise=VERDICTS.get(status, QPStatus.UNSOLVED),
             iterations=int(result.info.iter),
         )
+
+
+def _sparse(problem: QPProblem) -> bool:
+    if len(problem.c) <= SPARSE_SIZE:
+        return False
+    parts = (problem.P, problem.A, problem.G)
+    entries = sum(int(np.count_nonzero(part)) for part in parts)
+    return entries < SPARSE_FILL * sum(part.size for part in parts)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +33,7 @@ class QPStatus(Enum):
 
     SOLVED = "solved"
     INFEASIBLE = "infeasible"
+    UNBOUNDED = "unbounded"
     UNSOLVED = "unsolved"
 
 
@@ -80,6 +82,13 @@ class QPSolution:
     primal_residual: float
     dual_residual: float
     iterations: int
+
+
+class Backend(Protocol):
+    """A convex QP solver."""
+
+    def solve(self, problem: QPProblem) -> QPSolution:
+        """Solve one QP; SOLVED only where ``checked`` agrees."""
 
 
 def checked(

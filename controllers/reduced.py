@@ -12,7 +12,7 @@ row.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,52 +23,19 @@ from warp_softbody.controllers.blocks import (
     eliminate,
     gather,
 )
+from warp_softbody.controllers.node import Node, Origin
 from warp_softbody.controllers.pieces import PieceTable, piece_table
-from warp_softbody.controllers.piqp_backend import PIQPBackend
-from warp_softbody.controllers.qp import QPProblem, QPSolution, QPStatus, polish
+from warp_softbody.controllers.qp import Backend, QPProblem, QPSolution, QPStatus, polish
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 
-
-@dataclass(frozen=True, kw_only=True)
-class Node:
-    """The minimiser over one choice of modes, in scaled units.
-
-    Attributes:
-        modes: one per contact.
-        controls: (nu,) scaled.
-        points: (K, 6), scaled (f, w) of each contact.
-        slopes: (K, 6), slope of the objective as each contact's (f, w) is shifted: the piece of
-            another mode that contains the point offers descent exactly if one of its rays does.
-        value: objective, in the problem's own unit.
-        violation: largest violation of the pieces' rows, scaled.
-        stationarity: largest entry of the gradient of the QP's Lagrangian, scaled.
-        origin: what ``ReducedProblem.polish`` needs; None where no reduced QP gave the point.
-    """
-
-    modes: tuple[int, ...]
-    controls: FloatArray
-    points: FloatArray
-    slopes: FloatArray
-    value: float
-    violation: float
-    stationarity: float
-    origin: _Origin | None = None
-
-
-@dataclass(frozen=True)
-class _Origin:
-    """The reduced QP that gave a node."""
-
-    pieces: Blocks
-    forces: AffineForces
-    program: QPProblem
-    solution: QPSolution
+AT_BOUND = 1e-9
+"""Scaled distance within which a control is at its bound."""
 
 
 class ReducedProblem:
     """A problem scaled once, from which the QP of any modes is built in a few matrix products."""
 
-    def __init__(self, problem: ContactQPCC, backend: PIQPBackend) -> None:
+    def __init__(self, problem: ContactQPCC, backend: Backend) -> None:
         """Scale the problem and look up its pieces."""
         self.problem = problem
         self.backend = backend
@@ -133,7 +100,7 @@ class ReducedProblem:
         linear = self._gradient[:nu] + self._uf @ offset
         linear += (self._gradient[nu:] + self._ff @ offset) @ slope
         velocity = self.free + self.mobility @ affine
-        rows = pieces.on_force @ affine + pieces.on_velocity @ velocity
+        rows = pieces.test(affine, velocity)
         program = QPProblem(
             P=self._uu + half + half.T,
             c=linear,
@@ -147,7 +114,29 @@ class ReducedProblem:
         solution = self.backend.solve(program)
         if solution.status is not QPStatus.SOLVED:
             return None
-        return self._reduced_node(modes, _Origin(pieces, forces, program, solution))
+        return self._reduced_node(modes, Origin(pieces, forces, program, solution))
+
+    def multipliers(self, node: Node) -> tuple[FloatArray, FloatArray, float]:
+        """Slopes (K, 6), what is left of the controls' gradient, and the stationarity residual.
+
+        Scaled, and computed from the point and its velocity slopes alone: the residual takes in
+        the gradient off its bounds, slopes against the piece's rays, and slopes that do work.
+        """
+        nu, force = len(self.lower), node.points[:, :3].reshape(-1)
+        on_velocity = node.slopes[:, 3:].reshape(-1)
+        slopes = self._shifted(node.controls, force, on_velocity)
+        rest = self._gradient[:nu] + self._uu @ node.controls + self._uf @ force
+        rest = rest - on_velocity @ self.free[:, 1:]
+        at_lower = node.controls <= self.lower + AT_BOUND
+        at_upper = node.controls >= self.upper - AT_BOUND
+        off = np.where(at_lower, np.minimum(rest, 0.0), rest)
+        off = np.where(at_upper, np.maximum(off, 0.0), off)
+        worst = float(np.abs(off).max(initial=0.0))
+        if len(node.modes):
+            own = self.table.descent(slopes)[np.arange(len(node.modes)), list(node.modes)]
+            work = np.abs(np.einsum("ki,ki->k", slopes, node.points))
+            worst = max(worst, -float(own.min()), float(work.max()))
+        return slopes, rest, worst
 
     def polish(self, node: Node) -> Node:
         """The node with its controls to rounding, where its active set is clear."""
@@ -158,15 +147,15 @@ class ReducedProblem:
             return node
         return self._reduced_node(node.modes, replace(node.origin, solution=solution))
 
-    def _reduced_node(self, modes: tuple[int, ...], origin: _Origin) -> Node:
+    def _reduced_node(self, modes: tuple[int, ...], origin: Origin) -> Node:
         pieces, forces, solution = origin.pieces, origin.forces, origin.solution
         controls, multipliers = solution.x, solution.multipliers.rows
         force = forces.at(controls)
         # The multipliers of the still rows, by the transposed system.
-        pull = multipliers @ pieces.on_velocity
-        total = self._force_gradient(controls, force) - multipliers @ pieces.on_force
+        push, pull = pieces.press(multipliers)
+        total = self._force_gradient(controls, force) - push
         held = ((total - pull @ self.mobility) @ pieces.basis) @ forces.inverse
-        slopes = self._shifted(controls, force, pull + held @ pieces.still)
+        slopes = self._shifted(controls, force, pull + pieces.pull(held))
         return self._node(modes, controls, force, slopes, solution, origin)
 
     def _solve_kept(self, modes: tuple[int, ...], pieces: Blocks) -> Node | None:
@@ -175,18 +164,18 @@ class ReducedProblem:
         lift = np.zeros((len(self._gradient), nu + count))
         lift[:nu, :nu] = np.eye(nu)
         lift[nu:, nu:] = pieces.basis
-        moved = np.hstack([self.free[:, 1:], self.mobility @ pieces.basis])
-        rows = pieces.on_velocity @ moved
-        rows[:, nu:] += pieces.on_force @ pieces.basis
+        moved = np.hstack([self.free, self.mobility @ pieces.basis])
+        force_map = np.hstack([np.zeros_like(self.free), pieces.basis])
+        rows, still = pieces.test(force_map, moved), pieces.hold(moved)
         free = np.full(count, np.inf)
         solution = self.backend.solve(
             QPProblem(
                 P=lift.T @ self._hessian @ lift,
                 c=lift.T @ self._gradient,
-                A=pieces.still @ moved,
-                b=-(pieces.still @ self.free[:, 0]),
-                G=rows,
-                h=-(pieces.on_velocity @ self.free[:, 0]),
+                A=still[:, 1:],
+                b=-still[:, 0],
+                G=rows[:, 1:],
+                h=-rows[:, 0],
                 lower=np.concatenate([self.lower, -free]),
                 upper=np.concatenate([self.upper, free]),
             )
@@ -195,8 +184,7 @@ class ReducedProblem:
             return None
         controls, force = solution.x[:nu], pieces.basis @ solution.x[nu:]
         multipliers = solution.multipliers.rows
-        on_velocity = pieces.still.T @ solution.multipliers.equalities
-        on_velocity += pieces.on_velocity.T @ multipliers
+        on_velocity = pieces.pull(solution.multipliers.equalities) + pieces.press(multipliers)[1]
         slopes = self._shifted(controls, force, on_velocity)
         return self._node(modes, controls, force, slopes, solution, None)
 
@@ -219,7 +207,7 @@ class ReducedProblem:
         force: FloatArray,
         slopes: FloatArray,
         solution: QPSolution,
-        origin: _Origin | None,
+        origin: Origin | None,
     ) -> Node:
         z = np.concatenate([controls, force])
         value = float(z @ (0.5 * (self._hessian @ z) + self._gradient))

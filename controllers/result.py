@@ -17,12 +17,14 @@ class QPCCStatus(Enum):
 
     GLOBAL = "least objective over every combination of modes"
     STRONGLY_STATIONARY = "local minimum: no piece that touches the point offers descent"
-    NO_IMPROVING_FLIP = "no change of one contact's mode was found to improve the point"
+    NO_IMPROVING_FLIP = "no change of one mode was found to improve the point"
     BUDGET = "consistent point, improvement stopped by the budget of QPs or time"
     STATIC = "least objective with the modes of the static-contact baseline"
     FALLBACK_LCP = "forward contact solution at the fallback controls, objective ignored"
     INACCURATE = "the point misses the complementarity tolerance"
-    INFEASIBLE = "no consistent point found; forces are not usable"
+    NO_POINT = "no consistent point found within the budget; the point is not usable"
+    INFEASIBLE = "no consistent point exists; the point is not usable"
+    UNBOUNDED = "the objective falls without end along a ray from the point"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +36,8 @@ class SolverOptions:
         kicks: how often a local minimum is left by forcing one contact into another mode;
             each costs one to three QPs. With a warm start 2 a step left a mean gap of a quarter
             of a percent; cold, 12 are worth having.
+        starts: how many penalty runs from other points follow the first one, where no start is
+            given; none of them with a warm start.
         time_limit: s; checked between QPs, so one QP may run over.
         tolerance: largest scaled complementarity residual that counts as consistent.
         qp_tolerance: accuracy asked of each QP in scaled units.
@@ -41,6 +45,7 @@ class SolverOptions:
 
     max_qps: int = 40
     kicks: int = 12
+    starts: int = 0
     time_limit: float = math.inf
     tolerance: float = 1e-8
     qp_tolerance: float = 1e-12
@@ -49,44 +54,96 @@ class SolverOptions:
         """Refuse budgets and tolerances that no solve could keep."""
         if self.max_qps < 1:
             raise InputError(f"solver max_qps must be at least 1, got {self.max_qps!r}")
-        if self.kicks < 0:
-            raise InputError(f"solver kicks must not be negative, got {self.kicks!r}")
+        for name in ("kicks", "starts"):
+            if getattr(self, name) < 0:
+                raise InputError(f"solver {name} must not be negative, got {getattr(self, name)!r}")
         for name in ("time_limit", "tolerance", "qp_tolerance"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"solver {name} must be positive, got {getattr(self, name)!r}")
 
 
+COLD_OPTIONS = SolverOptions(max_qps=600, kicks=150, starts=8)
+"""What a solve without a start may spend where nothing is said."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class QPCCResult:
+class GeneralMultipliers:
+    """``Qx + c = A'equalities - G'inequalities + lower - upper + L'left + R'right``.
+
+    ``inequalities``, ``lower`` and ``upper`` are nonnegative, and so are ``left`` and ``right``
+    where that side of the pair is positive elsewhere in the piece; of a zero side the sign is free.
+    """
+
+    equalities: FloatArray
+    inequalities: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    left: FloatArray
+    right: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactMultipliers:
+    """Slopes of the objective as a contact's (impulse, velocity) is shifted off the physics.
+
+    Attributes:
+        force: (K, 3), per N s.
+        velocity: (K, 3), per m/s.
+        controls: (nu,), what is left of the gradient: >= 0 at lower bounds, <= 0 at upper ones,
+            zero between.
+    """
+
+    force: FloatArray
+    velocity: FloatArray
+    controls: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class GeneralResult:
     """The point found, with residuals computed afresh from the full form of the problem.
 
     Attributes:
-        controls: (nu,), inside their bounds.
-        forces: (K, 3) N s, local frame (normal, tangent 1, tangent 2).
-        velocities: (K, 3) m/s, gap / dt included in the normal.
-        modes: piece number per contact; pass it as ``start`` of the next step.
-        objective: at (controls, forces).
+        x: the point; of a contact problem that of its general form (``full_form.to_full``).
+        modes: piece of every pair (0: left side zero, 1: right side zero) or contact (pieces.py);
+            pass it as ``start`` of the next solve.
+        objective: at the point.
         complementarity: scaled, largest ``|min(left, right)|`` over all pairs.
-        feasibility: largest violation of a bound of the controls.
-        stationarity: scaled gradient of the last QP's Lagrangian; nan where no QP gave the point.
+        feasibility: largest violation of a bound, scaled equation or inequality.
+        stationarity: scaled gradient of the Lagrangian of the point's piece, wrong signs of
+            multipliers included; nan where no QP gave the point.
+        multipliers: of the point's piece; None where no QP gave the point.
         qp_count: QPs solved, the infeasible ones included.
         seconds: wall time.
         status: what is known of the point.
         message: one sentence for people.
     """
 
-    controls: FloatArray
-    forces: FloatArray
-    velocities: FloatArray
+    x: FloatArray
     modes: tuple[int, ...]
     objective: float
     complementarity: float
     feasibility: float
     stationarity: float
+    multipliers: GeneralMultipliers | ContactMultipliers | None
     qp_count: int
     seconds: float
     status: QPCCStatus
     message: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class QPCCResult(GeneralResult):
+    """The same for the contact form.
+
+    Attributes:
+        controls: (nu,), inside their bounds.
+        forces: (K, 3) N s, local frame (normal, tangent 1, tangent 2).
+        velocities: (K, 3) m/s, gap / dt included in the normal.
+    """
+
+    controls: FloatArray
+    forces: FloatArray
+    velocities: FloatArray
 
     @property
     def contact_modes(self) -> tuple[ContactMode, ...]:

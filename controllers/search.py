@@ -16,8 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warp_softbody.controllers.node import Node
 from warp_softbody.controllers.qpcc import FloatArray
-from warp_softbody.controllers.reduced import Node, ReducedProblem
+from warp_softbody.controllers.reduced import ReducedProblem
 from warp_softbody.controllers.result import SolverOptions
 
 TOUCHING = 1e-7
@@ -94,14 +95,15 @@ class Search:
                 return LocalMinimum(node, False, not self.spent)
             node = following
 
-    def improve(self, start: LocalMinimum) -> LocalMinimum:
+    def improve(self, starts: list[LocalMinimum]) -> LocalMinimum:
         """Leave local minima by kicks, the best minimum first, and return the best one found."""
+        best = min(starts, key=lambda minimum: minimum.node.value)
         if self.options.kicks == 0:
-            return start
+            return best
         order = itertools.count()
-        queue = [(start.node.value, next(order), start, self._kicks(start.node))]
-        best, left = start, self.options.kicks
-        reached = {start.node.modes}
+        queue = [(m.node.value, next(order), m, self._kicks(m.node)) for m in starts]
+        heapq.heapify(queue)
+        left, reached = self.options.kicks, {m.node.modes for m in starts}
         while queue and left > 0 and not self.spent:
             value, _, minimum, kicks = heapq.heappop(queue)
             modes = next((m for m in kicks if m not in self._known), None)

@@ -1,0 +1,122 @@
+"""Parts that every solver of the contact form shares: begin, fall back, and hand out a result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from warp_softbody.controllers.daqp_backend import DAQPBackend
+from warp_softbody.controllers.full_form import complementarity, full_point
+from warp_softbody.controllers.general_solver import UNUSABLE
+from warp_softbody.controllers.lemke import forward_contact
+from warp_softbody.controllers.node import Node
+from warp_softbody.controllers.pieces import LIFT, STICK
+from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
+from warp_softbody.controllers.reduced import ReducedProblem
+from warp_softbody.controllers.result import (
+    ContactMultipliers,
+    QPCCResult,
+    QPCCStatus,
+    SolverOptions,
+)
+from warp_softbody.controllers.search import LocalMinimum, Search
+from warp_softbody.errors import InputError
+
+
+def new_search(problem: ContactQPCC, options: SolverOptions) -> Search:
+    """A search over the problem, its clock started."""
+    backend = DAQPBackend(tolerance=options.qp_tolerance)
+    return Search(ReducedProblem(problem, backend), options)
+
+
+def scaled_controls(reduced: ReducedProblem, controls: FloatArray | None) -> FloatArray:
+    """Scaled fallback controls, clipped to the bounds."""
+    own = reduced.problem
+    given = np.zeros(own.control_count) if controls is None else np.asarray(controls, dtype=float)
+    if given.shape != own.lower.shape or not np.all(np.isfinite(given)):
+        raise InputError(
+            f"fallback_controls must be {own.control_count} finite numbers, got {given!r}"
+        )
+    clipped: FloatArray = np.clip(given, own.lower, own.upper) / reduced.control_scale
+    return clipped
+
+
+def first_node(search: Search, start: Sequence[int] | FloatArray | None) -> Node | None:
+    """The node of the start, else of all contacts sticking."""
+    count = search.reduced.problem.contact_count
+    if start is not None:
+        highest = search.reduced.table.valid.shape[1]
+        whole = all(mode == int(mode) and 0 <= mode < highest for mode in start)
+        if len(start) != count or not whole:
+            raise InputError(
+                f"start must be {count} modes from 0 to {highest - 1}, got {tuple(start)!r}"
+            )
+        node = search.visit(tuple(int(mode) for mode in start))
+        if node is not None:
+            return node
+    return search.visit((STICK,) * count)
+
+
+def verdict(minimum: LocalMinimum) -> QPCCStatus:
+    """What a local minimum may claim."""
+    if minimum.strongly_stationary:
+        return QPCCStatus.STRONGLY_STATIONARY
+    return QPCCStatus.NO_IMPROVING_FLIP if minimum.complete else QPCCStatus.BUDGET
+
+
+def forward_result(
+    search: Search, controls: FloatArray, forward: tuple[tuple[int, ...], FloatArray] | None
+) -> QPCCResult:
+    """The forward contact point itself: consistent, whatever the objective says of it."""
+    reduced = search.reduced
+    count = reduced.problem.contact_count
+    forward = forward or forward_contact(reduced, controls)
+    status = QPCCStatus.NO_POINT if forward is None else QPCCStatus.FALLBACK_LCP
+    modes, force = forward or ((LIFT,) * count, np.zeros(3 * count))
+    node = Node(
+        modes=modes,
+        controls=controls,
+        points=reduced.points_at(controls, force),
+        slopes=np.zeros((count, 6)),
+        value=np.nan,
+        violation=np.nan,
+        stationarity=np.nan,
+    )
+    return finish(search, node, status)
+
+
+def finish(search: Search, node: Node, status: QPCCStatus) -> QPCCResult:
+    """Unscale, and compute every residual again from the problem's full form."""
+    reduced = search.reduced
+    problem, node = reduced.problem, reduced.polish(node)
+    controls, forces = reduced.unscale(node.controls, node.points)
+    residual = complementarity(problem, controls, forces)
+    if not residual <= search.options.tolerance and status not in UNUSABLE:
+        status = QPCCStatus.INACCURATE
+    outside = np.maximum(problem.lower - controls, controls - problem.upper)
+    stationarity, multipliers = np.nan, None
+    if np.isfinite(node.stationarity):
+        slopes, rest, stationarity = reduced.multipliers(node)
+        multipliers = ContactMultipliers(
+            force=slopes[:, :3] * (reduced.value_scale / reduced.impulse),
+            velocity=slopes[:, 3:] * (reduced.value_scale / reduced.speed),
+            controls=rest * (reduced.value_scale / reduced.control_scale),
+        )
+    return QPCCResult(
+        x=full_point(problem, controls, forces),
+        controls=controls,
+        forces=forces,
+        velocities=problem.velocity(controls, forces),
+        modes=node.modes,
+        objective=problem.objective(controls, forces),
+        complementarity=residual,
+        feasibility=max(0.0, float(np.max(outside))),
+        stationarity=stationarity,
+        multipliers=multipliers,
+        qp_count=search.qp_count,
+        seconds=time.perf_counter() - search.started,
+        status=status,
+        message=f"{status.value}; {search.qp_count} QPs, complementarity {residual:.1e}",
+    )

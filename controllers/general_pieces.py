@@ -1,0 +1,241 @@
+"""Convex QPs over a general QPCC: one piece, a relaxation, or a step of the penalty method.
+
+A piece is one choice, for every pair, of the side that is zero; the other one stays nonnegative. A
+relaxation leaves some pairs open: both sides nonnegative. Rows and objective are scaled once, so
+that one tolerance serves every row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.controllers.general import QPCC, sizes
+from warp_softbody.controllers.qp import Backend, QPMultipliers, QPProblem, QPSolution, QPStatus
+from warp_softbody.controllers.qpcc import FloatArray
+
+Sides = npt.NDArray[np.int8]
+"""(p,): which side of every pair is zero."""
+
+OPEN, LEFT, RIGHT = -1, 0, 1
+
+CONCAVE = 1e-12
+"""Relative size of a negative eigenvalue of Q that passes for rounding."""
+
+CONCAVE_STEPS = 30
+"""Linearisations of the concave part of an indefinite Q in one piece."""
+
+UNBOUNDED_PULL = 1e-4
+"""Curvature, scaled, that holds a step back where the QP alone would be unbounded."""
+
+FAR = 1e6
+"""Scaled distance beyond which a ray is looked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """The answer of one QP over a problem whose pairs are closed by ``sides``.
+
+    Attributes:
+        sides: which side of every pair is zero, OPEN where neither must be.
+        x: the point.
+        value: scaled objective, without the constant.
+        status: of the QP.
+        left: (p,), scaled ``L x + l0``.
+        right: (p,), scaled ``R x + r0``.
+        left_multiplier: (p,), slope of the objective as the left side is raised.
+        right_multiplier: (p,).
+        solution: of the QP, whose objective was divided by
+        weight.
+    """
+
+    sides: Sides
+    x: FloatArray
+    value: float
+    status: QPStatus
+    left: FloatArray
+    right: FloatArray
+    left_multiplier: FloatArray
+    right_multiplier: FloatArray
+    solution: QPSolution
+    weight: float
+
+
+class GeneralProblem:
+    """A problem scaled once; counts the QPs that are asked of it."""
+
+    def __init__(self, problem: QPCC, backend: Backend) -> None:
+        """Scale rows and objective; split an indefinite Q into a convex and a concave part."""
+        self.problem = problem
+        self.backend = backend
+        self.qp_count = 0
+        over_left, over_right = problem.side_scales
+        self.L, self.l0 = problem.L / over_left[:, None], problem.l0 / over_left
+        self.R, self.r0 = problem.R / over_right[:, None], problem.r0 / over_right
+        over = sizes(problem.A, problem.b)
+        self._A, self._b = problem.A / over[:, None], problem.b / over
+        used = np.isfinite(problem.h)
+        over = sizes(problem.G, problem.h)
+        self._G, self._h = -(problem.G / over[:, None])[used], -(problem.h / over)[used]
+        self.value_scale = max(float(np.abs(problem.Q).max()), float(np.abs(problem.c).max()))
+        self.value_scale = self.value_scale or 1.0
+        hessian = 0.5 * (problem.Q + problem.Q.T) / self.value_scale
+        self.Q, self.c = hessian, problem.c / self.value_scale
+        self.convex_part, self.concave_part = _split(hessian)
+
+    def value(self, x: FloatArray) -> float:
+        """Scaled objective, without the constant."""
+        return float(x @ (0.5 * (self.Q @ x) + self.c))
+
+    def sides_at(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Scaled left and right sides."""
+        return self.L @ x + self.l0, self.R @ x + self.r0
+
+    def nearest_sides(self, x: FloatArray) -> Sides:
+        """The smaller side of every pair as the one that is zero."""
+        left, right = self.sides_at(x)
+        return np.where(left <= right, LEFT, RIGHT).astype(np.int8)
+
+    def solve(
+        self,
+        sides: Sides,
+        *,
+        linear: FloatArray | None = None,
+        near: FloatArray | None = None,
+        pull: float = 0.0,
+    ) -> Piece:
+        """Minimise over the pieces ``sides``, plus ``linear``' x and ``pull``/2 |x - near|^2.
+
+        ``near`` is also where the concave part of an indefinite Q is linearised first.
+        """
+        linear = np.zeros_like(self.c) if linear is None else linear
+        at = np.zeros_like(self.c) if near is None else near
+        piece = self._solve_once(sides, linear, at, pull)
+        if self.concave_part is None:
+            return piece
+        for _ in range(CONCAVE_STEPS):
+            if piece.status is not QPStatus.SOLVED:
+                break
+            following = self._solve_once(sides, linear, piece.x, pull)
+            settled = np.abs(following.x - piece.x).max() <= 1e-9 * (1.0 + np.abs(piece.x).max())
+            piece = following
+            if settled:
+                break
+        return piece
+
+    def unbounded_below(self, sides: Sides) -> bool:
+        """Whether a direction exists along which a convex objective falls without end."""
+        if self.concave_part is not None:
+            return False
+        free = np.zeros_like(self.c)
+        lower = np.where(np.isfinite(self.problem.lb), 0.0, -1.0)
+        upper = np.where(np.isfinite(self.problem.ub), 0.0, 1.0)
+        program = replace(
+            self._program(sides, free, free, 0.0), lower=lower, upper=upper, P=np.zeros_like(self.Q)
+        )
+        flat = np.linalg.norm(self.Q, axis=1) > 0.0
+        program = replace(
+            program,
+            A=np.concatenate([program.A, self.Q[flat]]),
+            b=np.zeros(len(program.b) + int(flat.sum())),
+            h=np.zeros_like(program.h),
+        )
+        self.qp_count += 1
+        ray = self.backend.solve(program)
+        return ray.status is QPStatus.SOLVED and ray.value < -1e-6
+
+    def exact(self, piece: Piece) -> FloatArray:
+        """The piece's point moved onto the rows that are active there, as far as they agree."""
+        x, lower, upper = piece.x, self.problem.lb, self.problem.ub
+        zero_left, zero_right = piece.sides == LEFT, piece.sides == RIGHT
+        at = (x <= lower) | (x >= upper)
+        rows = [self._A, self.L[zero_left], self.R[zero_right]]
+        offsets = [-self._b, self.l0[zero_left], self.r0[zero_right]]
+        multipliers = piece.solution.multipliers.rows
+        slack = np.concatenate([self._G @ x - self._h, piece.left[zero_right]])
+        slack = np.concatenate([slack, piece.right[zero_left]])
+        kept = np.concatenate([self._G, self.L[zero_right], self.R[zero_left]])
+        shift = np.concatenate([-self._h, self.l0[zero_right], self.r0[zero_left]])
+        active = (slack < multipliers) | (slack < 0.0)
+        matrix = np.concatenate([*rows, kept[active]])[:, ~at]
+        miss = np.concatenate([*rows, kept[active]]) @ x + np.concatenate([*offsets, shift[active]])
+        if not len(miss):
+            return x
+        step = np.linalg.lstsq(matrix, -miss, rcond=1e-10)[0]
+        moved = x.copy()
+        moved[~at] += step
+        clipped: FloatArray = np.clip(moved, lower, upper)
+        return clipped
+
+    def _solve_once(self, sides: Sides, linear: FloatArray, near: FloatArray, pull: float) -> Piece:
+        self.qp_count += 1
+        program = self._program(sides, linear, near, pull)
+        # A heavy linear term would put the residuals that count as solved out of reach.
+        size = max(1.0, float(np.abs(program.c).max()))
+        solution = self.backend.solve(replace(program, P=program.P / size, c=program.c / size))
+        x = solution.x
+        left, right = self.sides_at(x)
+        multipliers = _pair_multipliers(sides, solution.multipliers, len(self._b), len(self._h))
+        value = self.value(x) if np.all(np.isfinite(x)) else np.inf
+        return Piece(
+            sides=sides,
+            x=x,
+            value=value,
+            status=solution.status,
+            left=left,
+            right=right,
+            left_multiplier=size * multipliers[0],
+            right_multiplier=size * multipliers[1],
+            solution=solution,
+            weight=size,
+        )
+
+    def _program(
+        self, sides: Sides, linear: FloatArray, near: FloatArray, pull: float
+    ) -> QPProblem:
+        zero_left, zero_right = sides == LEFT, sides == RIGHT
+        hessian, gradient = self.convex_part, self.c + linear
+        if self.concave_part is not None:
+            gradient = gradient - self.concave_part @ near
+        if pull > 0.0:
+            hessian = hessian + pull * np.eye(len(gradient))
+            gradient = gradient - pull * near
+        return QPProblem(
+            P=hessian,
+            c=gradient,
+            A=np.concatenate([self._A, self.L[zero_left], self.R[zero_right]]),
+            b=np.concatenate([self._b, -self.l0[zero_left], -self.r0[zero_right]]),
+            G=np.concatenate([self._G, self.L[~zero_left], self.R[~zero_right]]),
+            h=np.concatenate([self._h, -self.l0[~zero_left], -self.r0[~zero_right]]),
+            lower=self.problem.lb,
+            upper=self.problem.ub,
+        )
+
+
+def _pair_multipliers(
+    sides: Sides, multipliers: QPMultipliers, equations: int, rows: int
+) -> tuple[FloatArray, FloatArray]:
+    """Multipliers of both sides of every pair, in the order of the pairs."""
+    zero_left, zero_right = sides == LEFT, sides == RIGHT
+    left, right = np.zeros(len(sides)), np.zeros(len(sides))
+    split = equations + int(zero_left.sum())
+    left[zero_left] = multipliers.equalities[equations:split]
+    right[zero_right] = multipliers.equalities[split:]
+    split = rows + int((~zero_left).sum())
+    left[~zero_left] = multipliers.rows[rows:split]
+    right[~zero_right] = multipliers.rows[split:]
+    return left, right
+
+
+def _split(hessian: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+    """Convex part and minus the concave part, None where there is none."""
+    if not np.any(hessian):
+        return hessian, None
+    values, vectors = np.linalg.eigh(hessian)
+    if values[0] >= -CONCAVE * max(1.0, abs(values[-1])) * len(values):
+        return hessian, None
+    concave = (vectors * np.maximum(-values, 0.0)) @ vectors.T
+    convex = hessian + concave
+    return 0.5 * (convex + convex.T), 0.5 * (concave + concave.T)
