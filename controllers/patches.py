@@ -7,17 +7,19 @@ node stands for it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Plane
+from warp_softbody.ground import Ground
+from warp_softbody.ground_friction import DIRECTIONS, factors_at, friction_by_node
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +32,8 @@ class Patch:
         frame: (3, 3), rows normal, tangent 1, tangent 2.
         friction: Coulomb coefficient.
         touching: whether any node of it touched in the last step.
+        factors: (8,) on the friction, for forces along directions evenly spread from tangent 1
+            towards tangent 2; ones unless the character has directional friction.
     """
 
     weights: FloatArray
@@ -37,13 +41,14 @@ class Patch:
     frame: FloatArray
     friction: float
     touching: bool
+    factors: FloatArray = field(default_factory=lambda: np.ones(DIRECTIONS))
 
     def rows(self) -> FloatArray:
         """Velocity of the patch in its own frame, (3, 3n)."""
         return (self.frame[:, None, :] * self.weights[:, None]).reshape(3, -1)
 
 
-@cache
+@lru_cache(maxsize=64)
 def contact_frame(normal: tuple[float, float, float]) -> FloatArray:
     """Rows normal, tangent 1, tangent 2: right-handed, tangent 1 along x where possible."""
     n = np.array(normal)
@@ -63,14 +68,14 @@ def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...
     return tuple(_patch(view, ground, name) for name in regions)
 
 
-def _patch(view: BodyView, ground: Plane, region: str) -> Patch:
+def _patch(view: BodyView, ground: Ground, region: str) -> Patch:
     nodes = view.scene.character.region(region)
     if not len(nodes):
         raise InputError(f"patch region {region!r} holds no nodes")
-    frame = contact_frame(ground.normal)
-    gaps = view.positions[nodes] @ frame[0] - ground.offset
+    gaps, normals = ground.measure(view.positions[nodes])
     touching = view.touching[nodes]
     chosen = touching if touching.any() else gaps <= gaps.min() + 1e-9
+    frame = contact_frame(_mean_direction(normals[chosen]))
     weights = np.zeros(view.node_count)
     weights[nodes[chosen]] = 1.0 / np.count_nonzero(chosen)
     return Patch(
@@ -79,4 +84,45 @@ def _patch(view: BodyView, ground: Plane, region: str) -> Patch:
         frame=frame,
         friction=ground.friction,
         touching=bool(touching.any()),
+        factors=_force_factors(view, nodes[chosen], frame),
     )
+
+
+def _mean_direction(vectors: FloatArray) -> tuple[float, float, float]:
+    """Unit mean of vectors (k, 3); the first itself where all are the same, to the last bit."""
+    mean = vectors[0]
+    if (vectors != mean).any():
+        mean = vectors.mean(axis=0)
+        mean = mean / np.linalg.norm(mean)
+    x, y, z = mean.tolist()
+    return x, y, z
+
+
+def _force_factors(view: BodyView, nodes: IntArray, frame: FloatArray) -> FloatArray:
+    """Factors of a patch of nodes by the direction of the force, which opposes the sliding."""
+    character = view.scene.character
+    if not character.directional_friction:
+        return np.ones(DIRECTIONS)
+    by_node = friction_by_node(character)
+    ahead = _carried(view, nodes, by_node.forward[nodes]) @ frame[1:].T
+    forward = np.arctan2(ahead[:, 1], ahead[:, 0])
+    sliding = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    rows = [
+        factors_at(eight, sliding - angle)
+        for eight, angle in zip(by_node.factors[nodes], forward, strict=True)
+    ]
+    return np.asarray(np.mean(rows, axis=0))
+
+
+def _carried(view: BodyView, nodes: IntArray, directions: FloatArray) -> FloatArray:
+    """Directions (k, 3) at nodes, turned with the mean deformation gradient around each node."""
+    mesh = view.scene.character.mesh
+    carried = np.empty_like(directions)
+    for row, node in enumerate(nodes):
+        tets = mesh.tets[(mesh.tets == node).any(axis=1)]
+        rest, now = (
+            points[tets[:, 1:]] - points[tets[:, :1]] for points in (mesh.points, view.positions)
+        )
+        gradients = np.linalg.solve(rest, now).transpose(0, 2, 1)
+        carried[row] = gradients.mean(axis=0) @ directions[row]
+    return carried

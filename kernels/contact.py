@@ -14,6 +14,7 @@ given g and cannot reverse the sliding.
 from functools import cache
 from types import SimpleNamespace
 
+import numpy as np
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
@@ -53,6 +54,7 @@ def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
     friction_factor = make_factor(precision, subject)
     free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
     newton_passes = wp.constant(NEWTON_PASSES)
+    rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
 
     @kernel
@@ -139,6 +141,7 @@ def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
         normals: wp.array(dtype=vec3),
         normal_velocity: wp.array(dtype=scalar),
         counters: wp.array(dtype=int),
+        scalars: wp.array(dtype=wp.float64),
         # out
         modes: wp.array(dtype=int),
         impulses: wp.array(dtype=vec3),
@@ -208,7 +211,11 @@ def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
                 else:
                     direction = sliding / wp.max(wp.length(sliding), tolerances[3])
                     law = friction + bound * direction
-                    if wp.length(law) > tolerances[2] * bound + tolerances[0]:
+                    # the law cannot be kept closer than the residual that the solver leaves, or
+                    # than the rounding of the products with this node's velocity
+                    left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
+                    left += rounding * weight * wp.length(x[i])
+                    if wp.length(law) > tolerances[2] * bound + tolerances[0] + left:
                         changed[c] = 1
                     newton = counters[PASSES] < newton_passes
                     force, stiffness = linearised_friction(

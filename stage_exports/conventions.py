@@ -32,6 +32,10 @@ CONTACT_FORCE = "primvars:force"
 GROUND_NORMAL = "softbody:normal"
 GROUND_OFFSET = "softbody:offset"
 GROUND_FRICTION = "softbody:friction"
+GROUND_HEIGHTS = "softbody:heights"
+GROUND_ROWS = "softbody:rows"
+GROUND_ORIGIN = "softbody:origin"
+GROUND_SPACING = "softbody:spacing"
 
 METADATA_KEY = "warpSoftbody"
 EXTENSIONS = (".usdc", ".usda", ".usd")

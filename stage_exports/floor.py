@@ -69,7 +69,7 @@ class Floor:
         # Seen at a slant, a pixel covers more ground along the view than across it.
         along = (directions[hit] @ self.axes.T) ** 2 / down[hit, None] ** 2
         footprint = distance[hit, None] * pixel * np.sqrt(1.0 + along)
-        albedo = self._grid(flat, footprint)[:, None] * (1.0 - fade)
+        albedo = self.albedo(flat, footprint)[:, None] * (1.0 - fade)
         return FloorRays(
             distance,
             hit,
@@ -78,7 +78,11 @@ class Floor:
             (BACKDROP * fade).astype(np.float32),
         )
 
-    def _grid(self, flat: FloatArray, footprint: FloatArray) -> FloatArray:
+    def lifted(self, flat: FloatArray) -> FloatArray:
+        """Points just above the floor over places (k, 2) in its own axes."""
+        return np.asarray(flat @ self.axes + (self.offset + 1e-4 * self.size) * self.normal)
+
+    def albedo(self, flat: FloatArray, footprint: FloatArray) -> FloatArray:
         """(r,) brightness of the grid, antialiased by the ground that a pixel covers."""
         shade = np.ones(len(flat))
         for step, width in _LINES:
@@ -101,9 +105,9 @@ class FloorLight:
         self._half = 0.5 * float(np.ptp(flat, axis=0).max()) + 1.2 * floor.size
         ticks = ((np.arange(_TEXELS) + 0.5) / _TEXELS - 0.5) * 2.0 * self._half
         square = np.stack(np.meshgrid(ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 2)
-        lift = floor.offset + 1e-4 * floor.size
-        points = (self._middle + square) @ floor.axes + lift * floor.normal
-        light = _light(body, points, floor).reshape(_TEXELS, _TEXELS, 3)
+        light = _light(body, floor.lifted(self._middle + square), floor).reshape(
+            _TEXELS, _TEXELS, 3
+        )
         self._map = ndimage.gaussian_filter(light, (0.8, 0.8, 0.0), mode="nearest")
 
     def colors(self, rays: FloorRays) -> npt.NDArray[np.float32]:

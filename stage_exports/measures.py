@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.ground import Plane
+from warp_softbody.ground import Ground
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.reader import Take
 
@@ -77,11 +77,11 @@ def _finite(series: FloatArray) -> npt.NDArray[np.bool_]:
     return np.asarray(np.isfinite(series).all(axis=(1, 2)))
 
 
-def _penetration(points: FloatArray, ground: Plane | None) -> FloatArray:
+def _penetration(points: FloatArray, ground: Ground | None) -> FloatArray:
     if ground is None:
         return np.zeros(len(points))
-    heights = points @ np.array(ground.normal) - ground.offset
-    return np.asarray(np.maximum(0.0, -heights.min(axis=1)))
+    deepest = [ground.measure(frame)[0].min() for frame in points]
+    return np.asarray(np.maximum(0.0, -np.array(deepest)))
 
 
 def _tilt(rest: FloatArray, points: FloatArray, masses: FloatArray) -> FloatArray:

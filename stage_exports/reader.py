@@ -13,9 +13,10 @@ from pxr import Sdf, Tf, Usd
 
 from warp_softbody.errors import InputError
 from warp_softbody.frame import ContactSample
-from warp_softbody.ground import Plane
+from warp_softbody.ground import Ground
 from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
+from warp_softbody.stage_exports.grounds import read_ground
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +38,7 @@ class Take:
         fiber_points: (f, s, 2, 3) m, both ends of each muscle segment.
         activations: (f, s) l_d / l_0.
         contacts: touching nodes, one sample a frame; empty ones without a ground.
-        ground: the plane, or None.
+        ground: what it moved on, or None.
         metadata: what the writer was given.
     """
 
@@ -55,7 +56,7 @@ class Take:
     fiber_points: FloatArray
     activations: FloatArray
     contacts: tuple[ContactSample, ...]
-    ground: Plane | None
+    ground: Ground | None
     metadata: Mapping[str, Any]
 
     def __len__(self) -> int:
@@ -88,7 +89,7 @@ def read_take(path: str | Path) -> Take:
         fiber_points=fiber_points,
         activations=activations,
         contacts=_contacts(body.GetChild(conventions.CONTACTS), codes),
-        ground=_ground(stage.GetPrimAtPath(conventions.GROUND)),
+        ground=read_ground(stage.GetPrimAtPath(conventions.GROUND)),
         metadata=stage.GetRootLayer().customLayerData.get(conventions.METADATA_KEY, {}),
     )
 
@@ -151,16 +152,6 @@ def _contacts(prim: Any, codes: list[float]) -> tuple[ContactSample, ...]:
             forces=_floats(_value(prim, conventions.CONTACT_FORCE, code)).reshape(-1, 3),
         )
         for code in codes
-    )
-
-
-def _ground(prim: Any) -> Plane | None:
-    if not prim:
-        return None
-    return Plane(
-        normal=_triple(_value(prim, conventions.GROUND_NORMAL)),
-        offset=float(_value(prim, conventions.GROUND_OFFSET)),
-        friction=float(_value(prim, conventions.GROUND_FRICTION)),
     )
 
 

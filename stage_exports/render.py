@@ -7,11 +7,12 @@ import numpy.typing as npt
 
 from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.conventions import FloatArray
-from warp_softbody.stage_exports.floor import BACKDROP, Floor, FloorLight, FloorRays
+from warp_softbody.stage_exports.floor import BACKDROP, FloorLight, FloorRays
 from warp_softbody.stage_exports.raycast import BoolArray
 from warp_softbody.stage_exports.skin import LitBody
 from warp_softbody.stage_exports.subject import Pose, Subject
 from warp_softbody.stage_exports.surface import CornerNormals, normalized
+from warp_softbody.stage_exports.terrain import make_floor
 
 Image = npt.NDArray[np.uint8]
 
@@ -32,7 +33,7 @@ class Renderer:
         self._width, self._height = size
         self._pixel = 2.0 * np.tan(np.radians(camera.vertical_field) / 2.0) / self._height
         self._normals = CornerNormals(subject.rest, subject.faces)
-        self._floor = None if subject.ground is None else Floor(subject.ground, subject.rest)
+        self._floor = None if subject.ground is None else make_floor(subject.ground, subject.rest)
         self._rows, self._columns = np.divmod(np.arange(self._width * self._height), self._width)
         self._directions = self._through(self._rows, self._columns)
         self._rays = self._see_floor(self._directions)

@@ -16,6 +16,7 @@ from warp_softbody.stage_exports.surface import (
     normalized,
     tubes,
 )
+from warp_softbody.stage_exports.terrain import bounce_plane
 
 # Parts of the body's diagonal: half a fibre's width, and how deep one sees into the flesh.
 _TUBE_RADIUS = 0.0065
@@ -61,8 +62,10 @@ class LitBody:
         inner = corners + 0.05 * (corners.mean(axis=1, keepdims=True) - corners)
         origins = inner + 1e-3 * size * self._flat_normals[:, None, :]
         normals = self._corner_normals.reshape(-1, 3)
+        ground = self._subject.ground
+        bounce = None if ground is None else bounce_plane(ground)
         light = lighting.skylight(
-            self.caster, origins.reshape(-1, 3), normals, self._subject.ground, 0.5 * size, 32
+            self.caster, origins.reshape(-1, 3), normals, bounce, 0.5 * size, 32
         )
         return light.reshape(-1, 3, 3)
 

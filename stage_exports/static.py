@@ -9,6 +9,7 @@ from pxr import Sdf, Usd
 
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import surroundings
+from warp_softbody.stage_exports.grounds import define_ground
 from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.stage_exports.prims import define_body
 
@@ -28,7 +29,7 @@ def static_layer(
     define_body(stage, scene, layout, body)
     if scene.ground is not None:
         matt = surroundings.define_material(stage, "Ground", roughness=0.9)
-        surroundings.define_ground(stage, scene, scene.ground, matt)
+        define_ground(stage, scene, scene.ground, matt)
     surroundings.define_camera(stage, scene)
     surroundings.define_lights(stage)
     return layer

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_softbody.frame import Frame
-from warp_softbody.ground import Plane
+from warp_softbody.ground import Ground
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.layout import Layout
@@ -22,13 +22,13 @@ class Subject:
         rest: (k, 3) m, skin points at rest.
         faces: (f, 3) outward triangles of the skin.
         color: linear RGB.
-        ground: the plane, or None.
+        ground: what it moves on, or None.
     """
 
     rest: FloatArray
     faces: IntArray
     color: tuple[float, float, float]
-    ground: Plane | None
+    ground: Ground | None
 
     @property
     def size(self) -> float:

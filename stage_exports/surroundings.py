@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
-from warp_softbody.ground import Plane
 from warp_softbody.scene import Scene
-from warp_softbody.stage_exports import conventions, palette, values
+from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.camera import Camera, start_box
 
 ASPECT = 4.0 / 3.0
@@ -46,41 +45,6 @@ def define_material(stage: Any, name: str, roughness: float) -> Any:
     output = surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
     material.CreateSurfaceOutput().ConnectToSource(output)
     return material
-
-
-def define_ground(stage: Any, scene: Scene, plane: Plane, material: Any) -> None:
-    """A large square of the plane under the body, with the plane itself as exact numbers."""
-    ground = UsdGeom.Mesh.Define(stage, conventions.GROUND)
-    points = values.vectors(_square(scene, plane))
-    ground.CreatePointsAttr(points)
-    ground.CreateExtentAttr(values.extent(points))
-    ground.CreateFaceVertexCountsAttr([4])
-    ground.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
-    ground.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    ground.CreateDisplayColorAttr([Gf.Vec3f(*palette.GROUND)])
-    prim = ground.GetPrim()
-    for name, type_name, value in (
-        (conventions.GROUND_NORMAL, Sdf.ValueTypeNames.Vector3d, Gf.Vec3d(*plane.normal)),
-        (conventions.GROUND_OFFSET, Sdf.ValueTypeNames.Double, plane.offset),
-        (conventions.GROUND_FRICTION, Sdf.ValueTypeNames.Double, plane.friction),
-    ):
-        prim.CreateAttribute(name, type_name, custom=True).Set(value)
-    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
-
-
-def _square(scene: Scene, plane: Plane) -> conventions.FloatArray:
-    """Corners, counter-clockwise seen from above, around the body's shadow on the plane."""
-    points = np.asarray(scene.character.mesh.points)
-    normal = np.array(plane.normal)
-    middle = points.mean(axis=0)
-    middle -= (middle @ normal - plane.offset) * normal
-    half = max(5.0, 10.0 * float(np.ptp(points, axis=0).max()))
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = np.cross(helper, normal)
-    first /= np.linalg.norm(first)
-    second = np.cross(normal, first)
-    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    return np.array([middle + half * (a * first + b * second) for a, b in signs])
 
 
 def define_camera(stage: Any, scene: Scene) -> None:

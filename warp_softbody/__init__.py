@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from warp_softbody.character import Character
     from warp_softbody.frame import ContactMode, ContactSample, Frame
     from warp_softbody.ground import Plane
+    from warp_softbody.ground_friction import DirectionalFriction
+    from warp_softbody.ground_heights import HeightField
+    from warp_softbody.ground_triangles import TriangleGround
     from warp_softbody.material import Material
     from warp_softbody.mesh import TetMesh
     from warp_softbody.model import Model, build_model
@@ -37,9 +40,11 @@ _NAMES = {
     "Contacts": "state",
     "Control": "state",
     "ControlProblem": "bridge",
+    "DirectionalFriction": "ground_friction",
     "Fiber": "muscles",
     "FiberKind": "muscles",
     "Frame": "frame",
+    "HeightField": "ground_heights",
     "Material": "material",
     "Model": "model",
     "MuscleGroup": "muscles",
@@ -52,6 +57,7 @@ _NAMES = {
     "State": "state",
     "Stepper": "stepper",
     "TetMesh": "mesh",
+    "TriangleGround": "ground_triangles",
     "build_model": "model",
 }
 
@@ -63,9 +69,11 @@ __all__ = [
     "Contacts",
     "Control",
     "ControlProblem",
+    "DirectionalFriction",
     "Fiber",
     "FiberKind",
     "Frame",
+    "HeightField",
     "Material",
     "Model",
     "MuscleGroup",
@@ -78,6 +86,7 @@ __all__ = [
     "State",
     "Stepper",
     "TetMesh",
+    "TriangleGround",
     "build_model",
     "characters",
     "controllers",

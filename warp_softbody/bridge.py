@@ -65,27 +65,14 @@ class Bridge:
     """Solves M~ W = J^T for the controller, in blocks of 16 rows, starting from the last W."""
 
     def __init__(self, stepper: Stepper, row_capacity: int = BLOCK) -> None:
-        """Work arrays for up to ``row_capacity`` rows of J."""
+        """Work arrays for up to ``row_capacity`` rows of J; they grow when more are asked for."""
         model = stepper.model
-        types, size = model.types, 3 * model.node_count
+        types = model.types
         self._stepper = stepper
-        self._blocks = -(-row_capacity // BLOCK)
         self._kernels = make_block_gradients(model.options.precision)
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
-        shape = (self._blocks, size)
-        self._vectors = {
-            name: model.zeros(shape, types.block) for name in ("j", "x", "r", "z", "p", "q", "w")
-        }
-        partial = (self._blocks, model.chunk_count)
-        self._sums = {name: model.zeros(partial, types.block) for name in ("rr", "rz", "pq")}
-        self._targets = model.zeros(self._blocks, types.block)
-        self._old_product = model.zeros(self._blocks, types.block)
-        self._response = model.zeros(self._blocks, types.block)
-        self._stretch = model.zeros((self._blocks, 6 * model.tet_count), types.block)
-        self._maps = model.zeros((self._blocks, max(1, model.segment_count)), types.block)
         self._counters = model.zeros(bg.COUNTERS, wp.int32)
         self._tolerance = model.array([model.options.bridge_tolerance], types.scalar)
-        self._last_rows = 0
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
         self._preconditioner = make_preconditioner(model, *matrix)
         # contact is not in the bridge's matrix: only fixed nodes are held, nothing slides
@@ -94,11 +81,30 @@ class Bridge:
             model.zeros(model.node_count, types.vec3),
             model.zeros(model.node_count, types.mat33),
         )
+        self._allocate(-(-row_capacity // BLOCK))
+
+    def _allocate(self, blocks: int) -> None:
+        """Work arrays for a number of blocks of rows, and no graphs yet."""
+        model = self._stepper.model
+        types, size = model.types, 3 * model.node_count
+        self._blocks = blocks
+        shape = (blocks, size)
+        self._vectors = {
+            name: model.zeros(shape, types.block) for name in ("j", "x", "r", "z", "p", "q", "w")
+        }
+        partial = (blocks, model.chunk_count)
+        self._sums = {name: model.zeros(partial, types.block) for name in ("rr", "rz", "pq")}
+        self._targets = model.zeros(blocks, types.block)
+        self._old_product = model.zeros(blocks, types.block)
+        self._response = model.zeros(blocks, types.block)
+        self._stretch = model.zeros((blocks, 6 * model.tet_count), types.block)
+        self._maps = model.zeros((blocks, max(1, model.segment_count)), types.block)
+        self._last_rows = 0
         self._graphs: dict[bool, Any] = {}
 
     @property
     def row_capacity(self) -> int:
-        """Most rows that J may have."""
+        """Rows of J that there is room for."""
         return self._blocks * BLOCK
 
     def solve(self, rows: FloatArray) -> ControlProblem:
@@ -111,7 +117,7 @@ class Bridge:
         moved, shifts = self._translations(rows)
         others = np.flatnonzero(~moved)
         if len(others) > self.row_capacity:
-            raise InputError(f"a bridge of {self.row_capacity} rows cannot take {len(others)} rows")
+            self._allocate(-(-len(others) // BLOCK))
         iterations = self._solve_blocks(rows[others])
         count, segments = len(rows), model.segment_count
         responses = np.empty((count, rows.shape[1]))

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.errors import InputError
+from warp_softbody.ground_friction import DirectionalFriction
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.muscles import Fiber, MuscleGroup
@@ -29,6 +30,7 @@ class Character:
         regions: node indices by name ("base", "head", ...), each (k,) int32.
         fixed: node indices that never move, (k,) int32.
         color: display colour, linear RGB in 0..1.
+        directional_friction: of regions that slide more easily one way than another.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Character:
     regions: Mapping[str, IntArray] = field(default_factory=dict)
     fixed: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     color: tuple[float, float, float] = (0.80, 0.30, 0.24)
+    directional_friction: tuple[DirectionalFriction, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the name and the index sets against the mesh."""
@@ -46,6 +49,8 @@ class Character:
         regions = {name: self._indices(name, nodes) for name, nodes in self.regions.items()}
         object.__setattr__(self, "regions", MappingProxyType(regions))
         object.__setattr__(self, "fixed", self._indices("fixed", self.fixed))
+        for friction in self.directional_friction:
+            self.region(friction.region)
 
     def _indices(self, name: str, nodes: npt.ArrayLike) -> IntArray:
         checked = np.unique(np.asarray(nodes, dtype=np.int32))

@@ -12,6 +12,7 @@ import warp as wp
 from warp_softbody.aggregation import Aggregation, build_aggregation, coarse_matrix
 from warp_softbody.block_factor import constant_integers
 from warp_softbody.elimination import Elimination, build_elimination
+from warp_softbody.ground_friction import friction_by_node
 from warp_softbody.kernels.precision import Real, real
 from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout
 from warp_softbody.options import SimulationOptions
@@ -26,7 +27,10 @@ CHUNKS = 64
 """Pieces that sums over nodes are cut into; fixed, so that a sum does not depend on the machine."""
 
 
-LARGEST_FACTOR = 1000
+SLOWEST_SLIDING = 1e-8
+"""Speed, m/s, below which nothing slides, however stiff."""
+
+LARGEST_FACTOR = 450
 """Nodes beyond which two levels cost less than a factor, by measurement."""
 
 
@@ -222,15 +226,40 @@ def _ground_arrays(model: Model) -> Arrays:
     ground = model.scene.ground
     if ground is None:
         return {}
-    types = model.types
-    # what counts as zero: a millionth of the weight's impulse, and 0.01 mm/s off or along the plane
+    types, character = model.types, model.scene.character
+    nodes = character.mesh.surface_nodes
+    forward, factors = np.zeros((1, 3)), np.zeros((1, 1))
+    if character.directional_friction:
+        by_node = friction_by_node(character)
+        forward, factors = by_node.forward[nodes], by_node.factors[nodes]
+    # what counts as zero: a millionth of the weight's impulse, and 0.01 mm/s off the ground
     weight = float(model.masses.sum()) * float(np.linalg.norm(model.scene.gravity))
     impulse = 1e-6 * weight * model.options.time_step
+    # along it, the speed that a node's own block answers with twenty of these impulses: a stiff
+    # body's friction changes much while its nodes hardly move
+    speed = 1e-5
+    if weight > 0.0:
+        speed = min(speed, max(SLOWEST_SLIDING, 20.0 * impulse / _largest_block(model)))
     return {
-        "surface_nodes": model.array(model.scene.character.mesh.surface_nodes, wp.int32),
-        "plane_normal": model.array([ground.normal], types.vec3),
-        "plane": model.array(
-            [ground.offset, ground.friction, model.options.recovery_speed], types.scalar
-        ),
-        "contact_tolerances": model.array([impulse, 1e-5, 5e-2, 1e-5], types.scalar),
+        "surface_nodes": model.array(nodes, wp.int32),
+        "friction_coefficient": model.array(np.full(len(nodes), ground.friction), types.scalar),
+        "forward": model.array(forward, types.vec3),
+        "friction_factors": model.array(factors, types.scalar),
+        "contact_tolerances": model.array([impulse, 1e-5, 5e-2, speed], types.scalar),
     }
+
+
+def _largest_block(model: Model) -> float:
+    """Largest third of the trace of a surface node's block of M~ at rest, kg."""
+    mesh, material = model.scene.character.mesh, model.scene.character.material
+    corners = mesh.points[mesh.tets]
+    inner = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    gradients = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+    # K_aa = V ((mu |g|^2) I + (mu + lambda) g g^T)
+    traces = (4.0 * material.lame_mu + material.lame_lambda) * (gradients**2).sum(axis=2)
+    stiffness = np.zeros(model.node_count)
+    np.add.at(stiffness, mesh.tets, mesh.volumes[:, None] * traces / 3.0)
+    dt = model.options.time_step
+    blocks = (1.0 + dt * material.mass_damping) * model.masses
+    blocks += (dt * material.stiffness_damping + dt * dt) * stiffness
+    return float(blocks[mesh.surface_nodes].max())

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Plane
+from warp_softbody.ground import Ground
 
 STANDARD_GRAVITY = 9.81
 
@@ -47,14 +47,14 @@ class Scene:
 
     Attributes:
         character: the body.
-        ground: a plane, or None for a body in free space.
+        ground: a plane, a height field or triangles; None for a body in free space.
         gravity: m/s^2.
         pushes: forces over time.
         initial_velocity: of every node, m/s.
     """
 
     character: Character
-    ground: Plane | None = None
+    ground: Ground | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
     pushes: tuple[Push, ...] = ()
     initial_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)

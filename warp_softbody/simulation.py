@@ -119,6 +119,7 @@ class Simulation:
         self._state, self._after = self._after, self._state
         self._steps += 1
         ended = time.perf_counter()
+        self._log.unconverged += not (statistics.converged and statistics.contact_converged)
         if first:
             # the first step loads kernels and captures graphs
             self._setup += ended - begun
@@ -131,7 +132,8 @@ class Simulation:
         log.seconds["contact"].append(ended - solved)
         log.iterations.append(statistics.iterations)
         log.passes.append(statistics.passes)
-        log.unconverged += not (statistics.converged and statistics.contact_converged)
+        log.signorini = max(log.signorini, statistics.signorini)
+        log.coulomb = max(log.coulomb, statistics.coulomb)
 
     def interrupt(self) -> None:
         """Note that the run was broken off by the user."""
@@ -157,6 +159,8 @@ class Simulation:
             cg_iterations=MeanSpread.of(log.iterations),
             contact_passes=MeanSpread.of(log.passes),
             unconverged_steps=log.unconverged,
+            signorini=log.signorini,
+            coulomb=log.coulomb,
             status=self._status,
             stage=stage,
         )

@@ -59,6 +59,8 @@ class RunSummary:
         tets, nodes, segments, patches: sizes.
         qps_per_step, cg_iterations, contact_passes: counts per step.
         unconverged_steps: steps in which a linear solve or the contact modes did not settle.
+        signorini, coulomb: largest violation of a contact law by a node in any step, N, as in
+            `StepStatistics`.
         status: "complete", "interrupted" or "not finite".
         stage: path of the stage, or None.
     """
@@ -79,6 +81,8 @@ class RunSummary:
     cg_iterations: MeanSpread
     contact_passes: MeanSpread
     unconverged_steps: int
+    signorini: float
+    coulomb: float
     status: str
     stage: str | None = None
 
@@ -113,6 +117,11 @@ class RunSummary:
                 f"{self.qps_per_step.mean:.1f} QPs and {self.cg_iterations.mean:.1f} "
                 "conjugate gradient iterations a step (means)",
             ),
+            (
+                "contact",
+                f"{self.contact_passes.mean:.1f} passes a step (mean), off Signorini's law by at "
+                f"most {self.signorini:.2g} N, off Coulomb's by {self.coulomb:.2g} N",
+            ),
         ]
 
     def __str__(self) -> str:
@@ -145,6 +154,8 @@ class StepLog:
     qps: list[int] = field(default_factory=list)
     unconverged: int = 0
     patches: int = 0
+    signorini: float = 0.0
+    coulomb: float = 0.0
 
     def spread_ms(self) -> dict[str, Spread]:
         """Spread of each part and of their sum, ms per step."""

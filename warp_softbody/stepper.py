@@ -15,9 +15,11 @@ import warp as wp
 
 from warp_softbody.assembly import Assembly
 from warp_softbody.block_factor import Freedom
+from warp_softbody.ground_detection import make_detection
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels import contact as contact_kernels
 from warp_softbody.kernels.contact import make_contact
+from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
@@ -40,6 +42,10 @@ class StepStatistics:
         converged: whether every linear solve reached its tolerance.
         contact_converged: whether the active set settled.
         finite: whether every velocity is a finite number.
+        signorini: largest violation of Signorini's condition by a node, N: an impulse that pulls
+            at it, or the one that would stop it where it sinks, over dt (docs/contact.md).
+        coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
+            one that the law demands at its velocity and normal impulse, over dt.
     """
 
     iterations: int
@@ -48,6 +54,8 @@ class StepStatistics:
     converged: bool
     contact_converged: bool
     finite: bool
+    signorini: float
+    coulomb: float
 
 
 class Stepper:
@@ -59,7 +67,10 @@ class Stepper:
         self.model = model
         self._device = model.options.device
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
-        self._contact = make_contact(model.options.precision)
+        directional = bool(model.scene.character.directional_friction)
+        self._contact = make_contact(model.options.precision, directional)
+        self._ends = make_contact_ends(model.options.precision)
+        self._detection = make_detection(model)
         self.assembly = Assembly(model)
         self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
@@ -70,6 +81,9 @@ class Stepper:
         self._x = model.zeros(n, types.vec3)
         self._normal_velocity = model.zeros(model.contact_count, types.scalar)
         self._changed = model.zeros(model.contact_count, wp.int32)
+        pair = wp.types.vector(length=2, dtype=types.scalar)
+        self._violations = model.zeros(model.contact_count, pair)
+        self._largest_violations = model.zeros(1, pair)
         self._preconditioner = make_preconditioner(
             model, self.assembly.values, self.assembly.node_rotations
         )
@@ -165,7 +179,7 @@ class Stepper:
     def _launch_solve(
         self, state: State, control: Control, contacts: Contacts, renew: bool
     ) -> None:
-        m, a, k = self.model, self.model.arrays, self._contact
+        m, a, k = self.model, self.model.arrays, self._ends
         self._solver.counters.zero_()
         if self._muscles is not None:
             inputs = [a["muscle_stiffness"], control.rest_lengths, self.lengths]
@@ -184,21 +198,14 @@ class Stepper:
         outputs = [self._right, self._right_with_slip, self._x]
         self._launch(k.right_side, m.node_count, inputs, outputs)
         self._solver.set_target(self._right)
-        if m.contact_count:
-            ground = [
-                a["surface_nodes"],
-                a["plane_normal"],
-                a["plane"],
-                a["step_factors"],
-            ]
-            outputs = [self._normal_velocity, self._solver.normals]
-            self._launch(k.detect, m.contact_count, [*ground, state.positions], outputs)
+        if self._detection is not None:
+            self._detection.launch(state, self._normal_velocity, self._solver.normals)
         self._launch_pass(contacts, renew)
 
     def _launch_pass(self, contacts: Contacts, renew: bool = False) -> None:
         m, a, k = self.model, self.model.arrays, self._contact
         if m.contact_count:
-            inputs = [a["surface_nodes"], a["fixed"], a["plane_normal"], contacts.modes]
+            inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
             outputs = [self._solver.kinds, self._x]
             self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
         self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self._x])
@@ -211,7 +218,7 @@ class Stepper:
     def _launch_contact(
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> None:
-        m, k = self.model, self._contact
+        m, k = self.model, self._ends
         ends = [after.positions, after.velocities]
         inputs = [m.arrays["step_factors"], state.positions, self._x]
         self._launch_modes(contacts)
@@ -238,7 +245,7 @@ class Stepper:
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> None:
         """One more Newton iteration, about the state that the last one ended in."""
-        m, a, k = self.model, self.model.arrays, self._contact
+        m, a, k = self.model, self.model.arrays, self._ends
         self.assembly.launch(after.positions, state.velocities)
         nodes = [a["node_start"], a["node_corners"], a["step_factors"], a["mass"]]
         rows = [a["row_start"], a["column"]]
@@ -254,14 +261,17 @@ class Stepper:
     def _launch_update(self, contacts: Contacts) -> None:
         m, a, k = self.model, self.model.arrays, self._contact
         rows = [a["row_start"], a["column"], a["diagonal_slot"]]
-        ground = [a["plane_normal"], a["plane"], a["contact_tolerances"]]
-        inputs = [a["surface_nodes"], a["fixed"], *rows, *ground]
+        law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
+        inputs = [a["surface_nodes"], a["fixed"], *rows, *law, a["contact_tolerances"]]
         now = [
+            self.assembly.node_rotations,
             self.assembly.values,
             self._right,
             self._x,
+            self._solver.normals,
             self._normal_velocity,
             self._solver.counters,
+            self._solver.scalars,
         ]
         outputs = [
             contacts.modes,
@@ -271,10 +281,12 @@ class Stepper:
             contacts.slip_stiffness,
             self._right_with_slip,
             self._changed,
+            self._violations,
         ]
         self._launch(k.update_modes, m.contact_count, [*inputs, *now], outputs)
-        inputs = [m.options.max_contact_passes, self._changed, contacts.modes]
-        self._launch(k.conclude_pass, 1, inputs, [self._solver.counters])
+        inputs = [m.options.max_contact_passes, self._changed, contacts.modes, self._violations]
+        outputs = [self._solver.counters, self._largest_violations]
+        self._launch(k.conclude_pass, 1, inputs, outputs)
 
     def _read_statistics(self) -> StepStatistics:
         counters = self._solver.counters.numpy()
@@ -282,6 +294,8 @@ class Stepper:
         passes = max(self.model.options.newton_iterations, int(passes))
         iterations = int(counters[cg.TOTAL_ITERATIONS])
         self._preconditioner.used(iterations, fresh=FRESH_ITERATIONS * passes)
+        dt = self.model.options.time_step
+        signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
         return StepStatistics(
             iterations=iterations,
             passes=passes,
@@ -289,4 +303,6 @@ class Stepper:
             converged=int(counters[cg.UNCONVERGED]) == 0,
             contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
             finite=bool(np.isfinite(self._solver.scalars.numpy()[cg.LAST_SQUARE])),
+            signorini=signorini,
+            coulomb=coulomb,
         )

@@ -35,7 +35,6 @@ def test_step_tells_that_it_converged() -> None:
     assert hanging.step().converged
 
 
-@pytest.mark.xfail(strict=True, reason="4 of 5: Simulation.step does not log its first step")
 def test_summary_counts_steps_that_did_not_converge() -> None:
     options = SimulationOptions(**FEW)
     simulation = Simulation(Scene(character=body(bar_mesh())), options=options, fps=100.0)

@@ -5,12 +5,37 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warp_softbody.errors import InputError
-from warp_softbody.scenes import balance_i, topple_i
+from warp_softbody.scenes import (
+    balance_i,
+    drop_block,
+    jump_i,
+    jump_t,
+    roll_o,
+    rough_ground,
+    slope,
+    stairs,
+    topple_i,
+)
 from warp_softbody.scenes.plan import ScenePlan, SceneRecipe, Setting, suggestion
 
 __all__ = ["ScenePlan", "SceneRecipe", "Setting", "make", "names", "recipe"]
 
-_RECIPES = {scene.name: scene for scene in (balance_i.RECIPE, topple_i.RECIPE)}
+_RECIPES = {
+    scene.name: scene
+    for scene in (
+        balance_i.RECIPE,
+        jump_i.JUMP_I,
+        jump_i.JUMP_I_IN_PLACE,
+        jump_t.RECIPE,
+        roll_o.ROLL_O,
+        roll_o.ROLL_O_RETURN,
+        topple_i.RECIPE,
+        drop_block.RECIPE,
+        slope.RECIPE,
+        stairs.RECIPE,
+        rough_ground.RECIPE,
+    )
+}
 
 
 def names() -> tuple[str, ...]:

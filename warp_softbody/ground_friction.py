@@ -1,0 +1,89 @@
+"""Friction of a body that depends on the direction in which it slides, as of scales or bristles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.errors import InputError
+
+if TYPE_CHECKING:
+    from warp_softbody.character import Character
+
+FloatArray = npt.NDArray[np.float64]
+
+DIRECTIONS = 8
+"""Directions for which the engine keeps a factor, evenly spread around the normal."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionalFriction:
+    """Factors on the ground's friction for a region of a body (docs/contact.md).
+
+    Attributes:
+        region: name of the region of the character.
+        direction: forward in the rest shape; turned with the body while it moves.
+        factors: of the friction that a node meets while it slides in directions evenly spread over
+            a turn, the first forward, counter-clockwise seen from above the ground: 4 (forward,
+            left, backward, right) or 8 numbers; linear in the angle between them.
+    """
+
+    region: str
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    factors: tuple[float, ...] = (1.0, 1.0, 10.0, 1.0)
+
+    def __post_init__(self) -> None:
+        """Normalise the direction and refuse factors that are not positive."""
+        length = math.sqrt(sum(part * part for part in self.direction))
+        if not (math.isfinite(length) and length > 0.0):
+            raise InputError(
+                f"direction of the friction of {self.region!r} must be a finite, nonzero vector, "
+                f"got {self.direction!r}"
+            )
+        x, y, z = (part / length for part in self.direction)
+        object.__setattr__(self, "direction", (x, y, z))
+        if len(self.factors) not in (4, DIRECTIONS):
+            raise InputError(
+                f"friction of {self.region!r} takes 4 or {DIRECTIONS} factors, "
+                f"got {len(self.factors)}"
+            )
+        if not all(math.isfinite(factor) and factor > 0.0 for factor in self.factors):
+            raise InputError(f"friction factors of {self.region!r} must be finite and positive")
+
+    @property
+    def eight(self) -> FloatArray:
+        """(8,) factors, those between four given ones filled in."""
+        given = np.array(self.factors)
+        if len(given) == DIRECTIONS:
+            return given
+        return np.stack([given, 0.5 * (given + np.roll(given, -1))], axis=1).ravel()
+
+
+def factors_at(eight: FloatArray, angles: FloatArray) -> FloatArray:
+    """Factors at angles (k,) from forward, rad, linear between the eight given."""
+    place = np.mod(angles, 2.0 * np.pi) * DIRECTIONS / (2.0 * np.pi)
+    turn = np.append(eight, eight[0])
+    return np.asarray(np.interp(place, np.arange(DIRECTIONS + 1), turn))
+
+
+class NodeFriction(NamedTuple):
+    """Forward directions at rest (n, 3) and factors (n, 8) of all nodes."""
+
+    forward: FloatArray
+    factors: FloatArray
+
+
+def friction_by_node(character: Character) -> NodeFriction:
+    """What the regions say of each node, the last that holds it; factors of one for the others."""
+    count = len(character.mesh.points)
+    forward = np.tile([1.0, 0.0, 0.0], (count, 1))
+    factors = np.ones((count, DIRECTIONS))
+    for friction in character.directional_friction:
+        nodes = character.region(friction.region)
+        forward[nodes] = friction.direction
+        factors[nodes] = friction.eight
+    return NodeFriction(forward, factors)
