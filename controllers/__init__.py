@@ -4,6 +4,7 @@ from warp_softbody.controllers.balance import Balance, BalanceGains
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
 from warp_softbody.controllers.full_form import FullForm, to_full, to_general
 from warp_softbody.controllers.general import QPCC
+from warp_softbody.controllers.jump import Jump, JumpGains
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.controllers.qpcc import ContactQPCC, uniform_directions
@@ -16,6 +17,7 @@ from warp_softbody.controllers.result import (
     QPCCStatus,
     SolverOptions,
 )
+from warp_softbody.controllers.roll import Leg, Roll, RollGains
 from warp_softbody.controllers.solver import enumerate_qpcc, solve_qpcc, solve_static
 
 __all__ = [
@@ -31,10 +33,15 @@ __all__ = [
     "GeneralMultipliers",
     "GeneralResult",
     "Goals",
+    "Jump",
+    "JumpGains",
+    "Leg",
     "Objective",
     "Patch",
     "QPCCResult",
     "QPCCStatus",
+    "Roll",
+    "RollGains",
     "SolverOptions",
     "enumerate_qpcc",
     "ground_patches",
