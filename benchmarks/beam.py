@@ -35,11 +35,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from dataclasses import asdict
 from functools import partial
 from typing import Any
 
+from benchmarks.arguments import count, progress, sizes
 from benchmarks.beam_ours import OurBeam
 from benchmarks.cantilever import CELLS, TIME_STEP, Cantilever, cantilever
 from benchmarks.corotation import CorotationalSystem
@@ -93,39 +93,19 @@ def measure(tets: int, makes: dict[str, Make], steps: int) -> list[Result]:
     beam = cantilever(tets)
     entrants = []
     for name, make in makes.items():
-        _progress(f"{tets} tets: setting up {name}")
+        progress(f"{tets} tets: setting up {name}")
         entrants.append(enter(make, beam))
     system = CorotationalSystem(beam, TIME_STEP)
-    run_in_turn(entrants, steps, system, lambda done: _progress(f"{tets} tets: {done} steps"))
+    run_in_turn(entrants, steps, system, lambda done: progress(f"{tets} tets: {done} steps"))
     results = []
     for place, (name, make) in enumerate(makes.items()):
         sag = None
         if place == 0 or tets <= PEER_SAG_LIMIT:
-            _progress(f"{tets} tets: {name} comes to rest")
+            progress(f"{tets} tets: {name} comes to rest")
             sag = static_sag(make, beam)
         results.append(summarise(name, entrants[place], entrants[0], tets, sag))
-    _progress("")
+    progress("")
     return results
-
-
-def _progress(text: str) -> None:
-    """Overwrite a line, on a terminal only."""
-    if sys.stderr.isatty():
-        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
-
-
-def _sizes(text: str) -> list[int]:
-    known = ", ".join(map(str, CELLS))
-    for size in text.split(","):
-        if not size.strip().isdecimal() or int(size) not in CELLS:
-            raise argparse.ArgumentTypeError(f"no mesh of {size!r} tets; known: {known}")
-    return [int(size) for size in text.split(",")]
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"must be a whole number above 0, got {text!r}")
-    return int(text)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -135,11 +115,11 @@ def main(arguments: list[str] | None = None) -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--tets", type=_sizes, default="810,10290", help="out of 810,10290,51840")
+    parser.add_argument("--tets", type=sizes, default="810,10290", help="out of 810,10290,51840")
     parser.add_argument("--precision", default="float32", choices=("float32", "float64"))
     parser.add_argument("--variants", action="store_true", help="also time ours with its options")
-    parser.add_argument("--threads", type=_count, default=1, help="also time ours with so many")
-    parser.add_argument("--steps", type=_count, default=100, help="timed steps of each solver")
+    parser.add_argument("--threads", type=count, default=1, help="also time ours with so many")
+    parser.add_argument("--steps", type=count, default=100, help="timed steps of each solver")
     parser.add_argument("--peers", action="store_true", help="also time MuJoCo and Pardiso")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
@@ -164,7 +144,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _compile(make: Make, beam: Cantilever) -> None:
     """Have the kernels compiled before any clock starts."""
-    _progress("compiling")
+    progress("compiling")
     make(beam, TIME_STEP).step()
 
 

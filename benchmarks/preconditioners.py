@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -33,7 +32,8 @@ from functools import partial
 
 from benchmarks import preconditioner_one_level as one_level
 from benchmarks import preconditioner_two_level as two_level
-from benchmarks.cantilever import CELLS, cantilever
+from benchmarks.arguments import progress, sizes
+from benchmarks.cantilever import cantilever
 from benchmarks.preconditioner_one_level import Preconditioner
 from benchmarks.preconditioner_system import (
     StepSystem,
@@ -110,13 +110,13 @@ def examine(tets: int, system: StepSystem, name: str) -> Result:
 def examine_all(tets: int) -> list[Result]:
     """Every preconditioner on the beam of one size."""
     beam = cantilever(tets)
-    _progress(f"{tets} tets: falling")
+    progress(f"{tets} tets: falling")
     system = step_system(beam, *mid_swing(beam))
     results = []
     for name in PRECONDITIONERS:
-        _progress(f"{tets} tets: {name}")
+        progress(f"{tets} tets: {name}")
         results.append(examine(tets, system, name))
-    _progress("")
+    progress("")
     return results
 
 
@@ -132,20 +132,6 @@ def table(results: list[Result]) -> str:
     return "\n".join(lines)
 
 
-def _progress(text: str) -> None:
-    """Overwrite a line, on a terminal only."""
-    if sys.stderr.isatty():
-        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
-
-
-def _sizes(text: str) -> list[int]:
-    known = ", ".join(map(str, CELLS))
-    for size in text.split(","):
-        if not size.strip().isdecimal() or int(size) not in CELLS:
-            raise argparse.ArgumentTypeError(f"no mesh of {size!r} tets; known: {known}")
-    return [int(size) for size in text.split(",")]
-
-
 def main(arguments: list[str] | None = None) -> None:
     """Print a table, or JSON."""
     parser = argparse.ArgumentParser(
@@ -153,7 +139,7 @@ def main(arguments: list[str] | None = None) -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--tets", type=_sizes, default="810,10290", help="out of 810,10290,51840")
+    parser.add_argument("--tets", type=sizes, default="810,10290", help="out of 810,10290,51840")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
     results: list[Result] = []

@@ -86,8 +86,8 @@ class FlexBody:
         return velocities
 
     def pull(self, share: float) -> None:
-        """It has no muscles."""
-        raise NotImplementedError
+        """It has no muscles, and cases with them do not come here."""
+        raise NotImplementedError("MuJoCo flex has no muscles")
 
     def step(self) -> StepNote:
         """One step; MuJoCo counts no iterations of this solve."""

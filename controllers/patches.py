@@ -75,16 +75,23 @@ def _patch(view: BodyView, ground: Ground, region: str) -> Patch:
     gaps, normals = ground.measure(view.positions[nodes])
     touching = view.touching[nodes]
     chosen = touching if touching.any() else gaps <= gaps.min() + 1e-9
-    frame = contact_frame(_mean_direction(normals[chosen]))
+    return patch_of(view, ground, nodes[chosen], gaps[chosen], normals[chosen])
+
+
+def patch_of(
+    view: BodyView, ground: Ground, nodes: IntArray, gaps: FloatArray, normals: FloatArray
+) -> Patch:
+    """The patch of nodes (k,) with gaps (k,) m and normals (k, 3), as the ground measures them."""
+    frame = contact_frame(_mean_direction(normals))
     weights = np.zeros(view.node_count)
-    weights[nodes[chosen]] = 1.0 / np.count_nonzero(chosen)
+    weights[nodes] = 1.0 / len(nodes)
     return Patch(
         weights=weights,
-        gap=float(gaps[chosen].mean()),
+        gap=float(gaps.mean()),
         frame=frame,
         friction=ground.friction,
-        touching=bool(touching.any()),
-        factors=_force_factors(view, nodes[chosen], frame),
+        touching=bool(view.touching[nodes].any()),
+        factors=_force_factors(view, nodes, frame),
     )
 
 

@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals
-from warp_softbody.controllers.patches import Patch, contact_frame
+from warp_softbody.controllers.patches import Patch, patch_of
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
+IntArray = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,10 +22,10 @@ class RollGains:
 
     Attributes:
         lead: m, how far ahead of the contact the centre of mass is wanted.
-        height: m, of the centre of mass above the contact; None takes that of the start.
         position: Kp, 1/s^2, of the centre of mass.
         velocity: Kd, 1/s, of linear momentum.
         spin: m g times 1 m, wanted rate of angular momentum about the axis.
+        steadiness: 1/s, decay of angular momentum about the other axes, and about all in a stop.
         top_speed: m/s, of the centre of mass, at which the wanted rate has fallen to zero.
         spin_weight: of the angular momentum, in units of m g dt times 1 m.
         momentum_weight: of the linear momentum, in units of m g dt.
@@ -33,10 +33,10 @@ class RollGains:
     """
 
     lead: float = 0.1
-    height: float | None = None
     position: float = 15.0
     velocity: float = 5.0
     spin: float = 0.1
+    steadiness: float = 5.0
     top_speed: float = 1.5
     spin_weight: float = 5.0
     momentum_weight: float = 1.0
@@ -61,7 +61,7 @@ class Roll:
         self._gains = gains or RollGains()
         self._legs = legs
         self._rim = rim
-        self._height = self._gains.height
+        self._height: float | None = None
 
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None where the leg is passive."""
@@ -73,11 +73,11 @@ class Roll:
         middle = view.positions[nodes].mean(axis=0)
         if self._height is None:
             self._height = float(view.center_of_mass[2] - middle[2])
-        goal = np.array([middle[0] + direction * g.lead, 0.0, middle[2] + self._height])
+        goal = middle + np.array([direction * g.lead, 0.0, self._height])
         pull = view.mass * g.position * (goal - view.center_of_mass)
         rate = pull - g.velocity * view.linear_momentum
         speed = direction * view.linear_momentum[0] / view.mass
-        spin = -5.0 * view.angular_momentum
+        spin = -g.steadiness * view.angular_momentum
         if direction:
             eager = float(np.clip(1.0 - speed / g.top_speed, -1.0, 1.0))
             spin[1] = direction * eager * g.spin * view.weight
@@ -108,30 +108,16 @@ class Roll:
 
 
 def split(view: BodyView, nodes: IntArray, columns: int = 3) -> tuple[Patch, ...]:
-    """Patches of touching nodes: three stretches along x, each in two halves across y."""
+    """Patches of touching nodes: stretches along x, each in two halves across y."""
+    ground = view.scene.ground
+    if ground is None:
+        return ()
+    gaps, normals = ground.measure(view.positions[nodes])
     x, y, _ = view.positions[nodes].T
     edges = np.linspace(x.min() - 1e-9, x.max() + 1e-9, columns + 1)
-    across = y > view.center_of_mass[1]
-    patches = []
-    for column in range(columns):
-        inside = (x >= edges[column]) & (x < edges[column + 1])
-        for side in (across, ~across):
-            members = nodes[inside & side]
-            if len(members):
-                patches.append(_patch(view, members))
-    return tuple(patches)
-
-
-def _patch(view: BodyView, nodes: IntArray) -> Patch:
-    ground = view.scene.ground
-    assert ground is not None
-    gaps, _ = ground.measure(view.positions[nodes])
-    weights = np.zeros(view.node_count)
-    weights[nodes] = 1.0 / len(nodes)
-    return Patch(
-        weights=weights,
-        gap=float(np.mean(gaps)),
-        frame=contact_frame((0.0, 0.0, 1.0)),
-        friction=ground.friction,
-        touching=bool(view.touching[nodes].any()),
+    column = np.searchsorted(edges, x, side="right") - 1
+    part = 2 * column + (y <= view.center_of_mass[1])
+    return tuple(
+        patch_of(view, ground, nodes[part == k], gaps[part == k], normals[part == k])
+        for k in np.unique(part)
     )

@@ -12,9 +12,9 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.corners import make_corners
 from warp_softbody.kernels.precision import real
 from warp_softbody.kernels.rotation import make_rotation
+from warp_softbody.kernels.tets import make_tets
 
 SUBJECT = "elasticity"
 
@@ -25,10 +25,11 @@ def make_elasticity(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
-    rotation = make_rotation(precision, SUBJECT)
-    closest_rotation, cofactor = rotation.closest_rotation, rotation.cofactor
+    closest_rotation = make_rotation(precision, SUBJECT).closest_rotation
 
-    by_corner = make_corners(precision, SUBJECT).by_corner
+    tet = make_tets(precision, SUBJECT)
+    deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
+    isotropic_block = tet.isotropic_block
 
     @kernel
     def deform_tets(
@@ -49,12 +50,8 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         # area rows serve muscles alone
         t = wp.tid()
         corners = tets[t]
-        x0 = positions[corners[0]]
-        Ds = wp.matrix_from_cols(
-            positions[corners[1]] - x0, positions[corners[2]] - x0, positions[corners[3]] - x0
-        )
         B = rest_inverse[t]
-        F = Ds * B
+        F = deformation(corners, B, positions)
         R = closest_rotation(F)
         Rt = wp.transpose(R)
         volume = rest_volume[t]
@@ -89,12 +86,10 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         for k in range(edge_start[edge], edge_start[edge + 1]):
             corners = edge_corners[k]
             outer += wp.outer(gradients[corners[0]], gradients[corners[1]])
-        along = (step_factors[1] * lame[0] * wp.trace(outer)) * wp.identity(n=3, dtype=scalar)
-        first = (step_factors[1] * lame[1]) * outer
-        second = (step_factors[1] * lame[0]) * outer
+        block = isotropic_block(outer, step_factors[1] * lame[0], step_factors[1] * lame[1])
         slots = edge_slots[edge]
-        values[slots[0]] = first + wp.transpose(second) + along
-        values[slots[1]] = wp.transpose(first) + second + along
+        values[slots[0]] = block
+        values[slots[1]] = wp.transpose(block)
 
     @kernel
     def finish_nodes(

@@ -16,11 +16,12 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.tets import make_tets
 
 
 @cache
 def make_rotation(precision: str, subject: str) -> SimpleNamespace:
-    """Functions ``closest_rotation(F)`` and ``cofactor(F)`` for the kernels of a subject."""
+    """Function ``closest_rotation(F)`` for the kernels of a subject."""
     types = real(precision)
     scalar, vec3, mat33, mat44 = types.scalar, types.vec3, types.mat33, types.mat44
     tiny = wp.constant(scalar(types.tiny))
@@ -28,13 +29,7 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
     unsafe = wp.constant(scalar(2e-2))
     squarings = wp.constant(30 if precision == "float32" else 60)
     func = types.func(subject)
-
-    @func
-    def cofactor(F: mat33):
-        c0 = vec3(F[0, 0], F[1, 0], F[2, 0])
-        c1 = vec3(F[0, 1], F[1, 1], F[2, 1])
-        c2 = vec3(F[0, 2], F[1, 2], F[2, 2])
-        return wp.matrix_from_cols(wp.cross(c1, c2), wp.cross(c2, c0), wp.cross(c0, c1))
+    cofactor = make_tets(precision, subject).cofactor
 
     @func
     def largest_root(determinant: scalar, cofactor_square: scalar):
@@ -124,4 +119,4 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
         R = scalar(0.5) * R * (scalar(3.0) * wp.identity(n=3, dtype=scalar) - wp.transpose(R) * R)
         return newton_on_group(R, A)
 
-    return SimpleNamespace(closest_rotation=closest_rotation, cofactor=cofactor)
+    return SimpleNamespace(closest_rotation=closest_rotation)

@@ -15,9 +15,9 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.corners import make_corners
 from warp_softbody.kernels.precision import real
 from warp_softbody.kernels.rotation import make_rotation
+from warp_softbody.kernels.tets import make_tets
 
 SUBJECT = "smoothing"
 
@@ -28,10 +28,10 @@ def make_smoothing(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
-    rotation = make_rotation(precision, SUBJECT)
-    closest_rotation, cofactor = rotation.closest_rotation, rotation.cofactor
+    closest_rotation = make_rotation(precision, SUBJECT).closest_rotation
 
-    by_corner = make_corners(precision, SUBJECT).by_corner
+    tet = make_tets(precision, SUBJECT)
+    deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
 
     @kernel
     def deformation_gradients(
@@ -48,12 +48,8 @@ def make_smoothing(precision: str) -> SimpleNamespace:
     ):
         t = wp.tid()
         corners = tets[t]
-        x0 = positions[corners[0]]
-        Ds = wp.matrix_from_cols(
-            positions[corners[1]] - x0, positions[corners[2]] - x0, positions[corners[3]] - x0
-        )
         B = rest_inverse[t]
-        F = Ds * B
+        F = deformation(corners, B, positions)
         deformations[t] = F
         if muscular != 0:
             area_rows[t] = rest_volume[t] * (B * wp.transpose(cofactor(F)))

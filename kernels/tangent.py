@@ -18,6 +18,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.tets import make_tets
 
 SUBJECT = "tangent"
 
@@ -32,15 +33,10 @@ def make_tangent(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    tet = make_tets(precision, SUBJECT)
+    deformation, cofactor, isotropic_block = tet.deformation, tet.cofactor, tet.isotropic_block
     exact = wp.constant(EXACT)
     tiny = wp.constant(scalar(types.tiny))
-
-    @func
-    def cofactor(A: mat33):
-        c0 = vec3(A[0, 0], A[1, 0], A[2, 0])
-        c1 = vec3(A[0, 1], A[1, 1], A[2, 1])
-        c2 = vec3(A[0, 2], A[1, 2], A[2, 2])
-        return wp.matrix_from_cols(wp.cross(c1, c2), wp.cross(c2, c0), wp.cross(c0, c1))
 
     @func
     def symmetric(A: mat33):
@@ -76,12 +72,9 @@ def make_tangent(precision: str) -> SimpleNamespace:
     ):
         t = wp.tid()
         corners = tets[t]
-        x0 = positions[corners[0]]
-        Ds = wp.matrix_from_cols(
-            positions[corners[1]] - x0, positions[corners[2]] - x0, positions[corners[3]] - x0
-        )
         identity = wp.identity(n=3, dtype=scalar)
-        V = symmetric((Ds * rest_inverse[t]) * wp.transpose(rotations[t]))
+        F = deformation(corners, rest_inverse[t], positions)
+        V = symmetric(F * wp.transpose(rotations[t]))
         size = wp.trace(V)
         A = size * identity - V
         cof = cofactor(A)
@@ -145,11 +138,8 @@ def make_tangent(precision: str) -> SimpleNamespace:
             outer += wp.outer(a, b)
             from_a += rows_across(b, couplings[corners[0]])
             from_b += rows_across(a, couplings[corners[1]])
-        along = (step_factors[1] * lame[0] * wp.trace(outer)) * wp.identity(n=3, dtype=scalar)
-        first = (step_factors[1] * lame[1]) * outer
-        second = (step_factors[1] * lame[0]) * outer
-        extra = step_factors[1] * (from_a + wp.transpose(from_b))
-        block = first + wp.transpose(second) + along + extra
+        block = isotropic_block(outer, step_factors[1] * lame[0], step_factors[1] * lame[1])
+        block += step_factors[1] * (from_a + wp.transpose(from_b))
         slots = edge_slots[edge]
         values[slots[0]] = block
         values[slots[1]] = wp.transpose(block)

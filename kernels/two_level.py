@@ -28,14 +28,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     slides, held = wp.constant(cg.SLIDES), wp.constant(cg.HELD)
 
-    @func
-    def project(kind: int, normal: vec3, value: vec3):
-        if kind == slides:
-            return value - wp.dot(normal, value) * normal
-        if kind == held:
-            return vec3()
-        return value
-
+    project = cg.make_conjugate_gradients(precision).project
     part_of_row = make_rows(precision, SUBJECT).part_of_row
 
     @kernel

@@ -89,7 +89,7 @@ class Stepper:
         )
         self._solver = ConjugateGradients(model, self.assembly.values, self._preconditioner)
         self._graphs: dict[tuple[Any, ...], Any] = {}
-        self._phase_graphs: dict[tuple[str, int], Any] = {}
+        self._phase_graphs: dict[int, Any] = {}
         threads = model.options.threads
         self._workers = Workers(threads, self._device) if threads > 1 else None
 
@@ -101,12 +101,11 @@ class Stepper:
         self._replay(("assemble", state), lambda: self._launch_assembly(state))
 
     def _assemble_side_by_side(self, workers: Workers, state: State) -> None:
-        phases = self.assembly.phases(state.positions, state.velocities)
-        key = ("phases", id(state))
-        if key not in self._phase_graphs:
+        if id(state) not in self._phase_graphs:
+            phases = self.assembly.phases(state.positions, state.velocities)
             # the state is kept alive, so that its identity is not used again
-            self._phase_graphs[key] = (workers.capture(phases), state)
-        workers.replay(self._phase_graphs[key][0])
+            self._phase_graphs[id(state)] = (workers.capture(phases), state)
+        workers.replay(self._phase_graphs[id(state)][0])
         self._replay(("muscles", state), lambda: self._launch_muscle_lengths(state))
 
     def solve(self, state: State, control: Control, contacts: Contacts) -> None:
