@@ -15,7 +15,7 @@ SUBJECT = "contact_ends"
 
 @cache
 def make_contact_ends(precision: str) -> SimpleNamespace:
-    """Kernels ``right_side``, ``newton_right_side``, ``begin_iteration``, ``advance_state``."""
+    """Kernels of a step's beginning and end, in the order of their launch."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
@@ -109,9 +109,23 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         next_velocities[i] = x[i]
         next_positions[i] = positions[i] + step_factors[0] * x[i]
 
+    @kernel
+    def farthest(
+        # in
+        positions: wp.array(dtype=vec3),
+        # out
+        reach: wp.array(dtype=wp.float64),
+    ):
+        # largest coordinate
+        largest = scalar(0.0)
+        for i in range(positions.shape[0]):
+            largest = wp.max(largest, wp.max(wp.abs(positions[i])))
+        reach[0] = wp.float64(largest)
+
     return SimpleNamespace(
         right_side=right_side,
         newton_right_side=newton_right_side,
         begin_iteration=begin_iteration,
         advance_state=advance_state,
+        farthest=farthest,
     )

@@ -24,6 +24,16 @@ def tet_volumes(points: FloatArray, tets: IntArray) -> FloatArray:
     return volumes
 
 
+def shortest_edge(points: FloatArray, tets: IntArray) -> float:
+    """Length of the shortest edge, m."""
+    corners = points[tets]
+    squares = [
+        ((corners[:, i] - corners[:, j]) ** 2).sum(axis=1).min()
+        for i, j in combinations(range(4), 2)
+    ]
+    return float(np.sqrt(min(squares)))
+
+
 def dihedral_angles(points: FloatArray, tets: IntArray) -> FloatArray:
     """Angles (m, 6) between the faces that meet at each edge, degrees."""
     corners = points[tets]

@@ -108,10 +108,14 @@ class Simulation:
         statistics = self._stepper.resolve_contact(
             self._state, self._control, self._contacts, self._after
         )
-        if not statistics.finite:
+        if not (statistics.finite and statistics.resolved):
             self._status = "not finite"
+            what = "numbers stopped being finite"
+            if statistics.finite:
+                precision = self.model.options.precision
+                what = f"nodes are too far away for {precision} to tell them apart"
             raise NotFiniteError(
-                f"numbers stopped being finite at step {self._steps} ({self.time:.4f} s) of "
+                f"{what} at step {self._steps} ({self.time:.4f} s) of "
                 f"{self.name!r}; try a smaller time_step than {self.model.options.time_step:g} s",
                 step=self._steps,
                 time=self.time,

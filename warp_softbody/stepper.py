@@ -22,6 +22,7 @@ from warp_softbody.kernels.contact import make_contact
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.linear_solver import ConjugateGradients
+from warp_softbody.mesh_geometry import shortest_edge
 from warp_softbody.model import Model
 from warp_softbody.parallel import Workers
 from warp_softbody.preconditioner import make_preconditioner
@@ -42,6 +43,8 @@ class StepStatistics:
         converged: whether every linear solve reached its tolerance.
         contact_converged: whether the active set settled.
         finite: whether every velocity is a finite number.
+        resolved: whether rounding of the farthest node's position is less than the shortest edge at
+            rest; beyond it the shape is lost, though numbers are finite.
         signorini: largest violation of Signorini's condition by a node, N: an impulse that pulls
             at it, or the one that would stop it where it sinks, over dt (docs/contact.md).
         coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
@@ -54,6 +57,7 @@ class StepStatistics:
     converged: bool
     contact_converged: bool
     finite: bool
+    resolved: bool
     signorini: float
     coulomb: float
 
@@ -84,6 +88,10 @@ class Stepper:
         pair = wp.types.vector(length=2, dtype=types.scalar)
         self._violations = model.zeros(model.contact_count, pair)
         self._largest_violations = model.zeros(1, pair)
+        self._reach = model.zeros(1, wp.float64)
+        mesh = model.scene.character.mesh
+        rounding = float(np.finfo(model.options.precision).eps)
+        self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
         self._preconditioner = make_preconditioner(
             model, self.assembly.values, self.assembly.node_rotations
         )
@@ -226,6 +234,7 @@ class Stepper:
             self._launch_again(state, control, contacts, after)
             self._launch_modes(contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
+        self._launch(k.farthest, 1, [after.positions], [self._reach])
 
     def _launch_modes(self, contacts: Contacts) -> None:
         """Choose contact modes anew until they settle."""
@@ -302,6 +311,7 @@ class Stepper:
             converged=int(counters[cg.UNCONVERGED]) == 0,
             contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
             finite=bool(np.isfinite(self._solver.scalars.numpy()[cg.LAST_SQUARE])),
+            resolved=float(self._reach.numpy()[0]) < self._most_reach,
             signorini=signorini,
             coulomb=coulomb,
         )

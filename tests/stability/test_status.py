@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks.stability_bodies import bar_mesh, body
 from tests.bodies import rig
 from warp_softbody import Scene, Simulation, SimulationOptions
+from warp_softbody.errors import NotFiniteError
+from warp_softbody.mesh_geometry import shortest_edge
+from warp_softbody.options import Precision
 
 OUT_OF_REACH = 1e-18
 """A relative residual below double precision."""
@@ -50,3 +54,22 @@ def test_summary_of_a_run_that_converges_counts_none(precision: str) -> None:
     for _ in range(5):
         simulation.step()
     assert simulation.summary().unconverged_steps == 0
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_a_body_beyond_the_numbers_is_an_error(precision: Precision) -> None:
+    """Finite, but so far away that rounding moves nodes by more than the shortest edge."""
+    mesh = bar_mesh()
+    shortest = shortest_edge(mesh.points, mesh.tets)
+    beyond = 4.0 * shortest / float(np.finfo(precision).eps)
+    for share, resolved in ((0.01, True), (1.0, False)):
+        speed = (share * beyond / 0.01, 0.0, 0.0)
+        scene = Scene(character=body(mesh, clamped=False), initial_velocity=speed)
+        options = SimulationOptions(time_step=0.01, precision=precision)
+        simulation = Simulation(scene, options=options, fps=100.0)
+        if resolved:
+            simulation.step()
+            continue
+        with pytest.raises(NotFiniteError, match=f"too far away for {precision} to tell") as caught:
+            simulation.step()
+        assert caught.value.step == 0
