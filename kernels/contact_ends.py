@@ -55,7 +55,8 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         node_start: wp.array(dtype=int),
         node_corners: wp.array(dtype=int),
         step_factors: wp.array(dtype=scalar),
-        mass: wp.array(dtype=scalar),
+        damped_mass: wp.array(dtype=scalar),
+        stiffness_share: wp.array(dtype=scalar),
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
         has_muscles: int,
@@ -78,9 +79,8 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
             for k in range(node_start[i], node_start[i + 1]):
                 force += muscle_forces[node_corners[k]]
         stiff = part_of_row(row_start[i], row_start[i + 1], column, values, x)
-        stiff -= (mass[i] * step_factors[2]) * x[i]
-        dt = step_factors[0]
-        known = momentum[i] + dt * force + (dt * dt / step_factors[1]) * stiff
+        stiff -= damped_mass[i] * x[i]
+        known = momentum[i] + step_factors[0] * force + stiffness_share[i] * stiff
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from warp_softbody.kernels.elasticity import make_elasticity
 from warp_softbody.kernels.smoothing import make_smoothing
 from warp_softbody.kernels.tangent import make_tangent
 from warp_softbody.model import Model
+from warp_softbody.model_arrays import MaterialPart
 from warp_softbody.options import TANGENTS
 
 
@@ -102,31 +103,42 @@ class Assembly:
     def _areas(self, a: int, b: int) -> Any:
         return None if self.area_rows is None else self.area_rows[a:b]
 
-    def _tets(self, positions: Any, a: int, b: int) -> None:
-        inputs = [*self._body(a, b), self._model.arrays["lame"], self._muscular, positions]
-        corners = slice(4 * a, 4 * b)
-        outputs = [self.rotations[a:b], self._gradients[corners], self._areas(a, b)]
-        outputs.append(self._forces[corners])
-        self._launch(self._elasticity.deform_tets, a, b, inputs, outputs)
+    def _by_body(self, kind: str, first: int, last: int) -> Iterator[tuple[MaterialPart, int, int]]:
+        """The parts of a range of "tets", "edges" or "nodes" that belong to one body each."""
+        for part in self._model.materials:
+            own = getattr(part, kind)
+            a, b = max(first, own.start), min(last, own.stop)
+            if a < b:
+                yield part, a, b
+
+    def _tets(self, positions: Any, first: int, last: int) -> None:
+        for part, a, b in self._by_body("tets", first, last):
+            inputs = [*self._body(a, b), part.lame, self._muscular, positions]
+            corners = slice(4 * a, 4 * b)
+            outputs = [self.rotations[a:b], self._gradients[corners], self._areas(a, b)]
+            outputs.append(self._forces[corners])
+            self._launch(self._elasticity.deform_tets, a, b, inputs, outputs)
 
     def _deform(self, positions: Any, a: int, b: int) -> None:
         inputs = [*self._body(a, b), self._muscular, positions]
         outputs = [self._deformations[a:b], self._areas(a, b)]
         self._launch(self._smoothing.deformation_gradients, a, b, inputs, outputs)
 
-    def _edge_stress(self, a: int, b: int) -> None:
+    def _edge_stress(self, first: int, last: int) -> None:
         arrays = self._model.arrays
-        around = [arrays["edge_start"][a : b + 1], arrays["edge_corners"]]
-        inputs = [*around, arrays["rest_volume"], arrays["lame"], self._deformations]
-        outputs = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
-        self._launch(self._smoothing.stress_edges, a, b, inputs, outputs)
+        for part, a, b in self._by_body("edges", first, last):
+            around = [arrays["edge_start"][a : b + 1], arrays["edge_corners"]]
+            inputs = [*around, arrays["rest_volume"], part.lame, self._deformations]
+            outputs = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
+            self._launch(self._smoothing.stress_edges, a, b, inputs, outputs)
 
-    def _node_stress(self, a: int, b: int) -> None:
+    def _node_stress(self, first: int, last: int) -> None:
         arrays = self._model.arrays
-        around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
-        inputs = [*around, arrays["rest_volume"], arrays["lame"], self._deformations]
-        outputs = [self._node_stresses[a:b], self.node_rotations[a:b]]
-        self._launch(self._smoothing.stress_nodes, a, b, inputs, outputs)
+        for part, a, b in self._by_body("nodes", first, last):
+            around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
+            inputs = [*around, arrays["rest_volume"], part.lame, self._deformations]
+            outputs = [self._node_stresses[a:b], self.node_rotations[a:b]]
+            self._launch(self._smoothing.stress_nodes, a, b, inputs, outputs)
 
     def _smoothed_tets(self, a: int, b: int) -> None:
         tets, *rest = self._body(a, b)
@@ -138,40 +150,45 @@ class Assembly:
         outputs += [self._volume_gradients[volumes], self._forces[corners]]
         self._launch(self._smoothing.smoothed_tets, a, b, [*structure, *stresses], outputs)
 
-    def _edge_inputs(self, a: int, b: int) -> list[Any]:
+    def _edge_inputs(self, part: MaterialPart, a: int, b: int) -> list[Any]:
         arrays = self._model.arrays
         around = [arrays["edge_start"][a : b + 1], arrays["edge_corners"]]
-        material = [arrays["lame"], arrays["step_factors"]]
+        material = [part.lame, part.step_factors]
         return [*around, arrays["edge_slots"][a:b], *material, self._gradients]
 
-    def _edges(self, a: int, b: int) -> None:
-        inputs = self._edge_inputs(a, b)
-        self._launch(self._elasticity.stiffness_edges, a, b, inputs, [self.values])
+    def _each_edge(self, kernel: Any, first: int, last: int, *more: Any) -> None:
+        for part, a, b in self._by_body("edges", first, last):
+            inputs = [*self._edge_inputs(part, a, b), *more]
+            self._launch(kernel, a, b, inputs, [self.values])
 
-    def _smoothed_edges(self, a: int, b: int) -> None:
-        inputs = [*self._edge_inputs(a, b), self._volume_gradients]
-        self._launch(self._smoothing.smoothed_edges, a, b, inputs, [self.values])
+    def _edges(self, first: int, last: int) -> None:
+        self._each_edge(self._elasticity.stiffness_edges, first, last)
 
-    def _couple(self, positions: Any, a: int, b: int) -> None:
-        tets, rest_inverse, _ = self._body(a, b)
+    def _smoothed_edges(self, first: int, last: int) -> None:
+        self._each_edge(self._smoothing.smoothed_edges, first, last, self._volume_gradients)
+
+    def _couple(self, positions: Any, first: int, last: int) -> None:
         kind = TANGENTS.index(self._model.options.tangent)
-        body = [tets, rest_inverse, self._model.arrays["lame"], kind]
-        corners = slice(4 * a, 4 * b)
-        inputs = [*body, positions, self.rotations[a:b], self._gradients[corners]]
-        outputs = [self._couplings[corners]]
-        self._launch(self._tangent.couple_tets, a, b, inputs, outputs)
+        for part, a, b in self._by_body("tets", first, last):
+            tets, rest_inverse, _ = self._body(a, b)
+            body = [tets, rest_inverse, part.lame, kind]
+            corners = slice(4 * a, 4 * b)
+            inputs = [*body, positions, self.rotations[a:b], self._gradients[corners]]
+            outputs = [self._couplings[corners]]
+            self._launch(self._tangent.couple_tets, a, b, inputs, outputs)
 
-    def _coupled_edges(self, a: int, b: int) -> None:
-        inputs = [*self._edge_inputs(a, b), self._couplings]
-        self._launch(self._tangent.coupled_edges, a, b, inputs, [self.values])
+    def _coupled_edges(self, first: int, last: int) -> None:
+        self._each_edge(self._tangent.coupled_edges, first, last, self._couplings)
 
-    def _nodes(self, velocities: Any, a: int, b: int) -> None:
+    def _nodes(self, velocities: Any, first: int, last: int) -> None:
         arrays = self._model.arrays
-        around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
-        rows = [arrays["row_start"][a : b + 1], arrays["diagonal_slot"][a:b]]
-        body = [arrays["mass"][a:b], arrays["rest_volume"]]
-        step = [arrays["gravity"], arrays["step_factors"], int(self._smoothing is not None)]
-        now = [velocities[a:b], self.rotations, self._forces]
-        outputs = [self.values, self.node_rotations[a:b], self.momentum[a:b]]
-        inputs = [*around, *rows, *body, *step, *now]
-        self._launch(self._elasticity.finish_nodes, a, b, inputs, outputs)
+        turned = int(self._smoothing is not None)
+        for part, a, b in self._by_body("nodes", first, last):
+            around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
+            rows = [arrays["row_start"][a : b + 1], arrays["diagonal_slot"][a:b]]
+            body = [arrays["mass"][a:b], arrays["rest_volume"]]
+            step = [arrays["gravity"], part.step_factors, turned]
+            now = [velocities[a:b], self.rotations, self._forces]
+            outputs = [self.values, self.node_rotations[a:b], self.momentum[a:b]]
+            inputs = [*around, *rows, *body, *step, *now]
+            self._launch(self._elasticity.finish_nodes, a, b, inputs, outputs)

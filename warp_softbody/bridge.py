@@ -148,7 +148,7 @@ class Bridge:
         fixed.
         """
         model = self._stepper.model
-        if len(model.scene.character.fixed):
+        if len(model.body.fixed):
             return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
         by_node = rows.reshape(len(rows), -1, 3)
         direction = by_node.sum(axis=1) / model.masses.sum()

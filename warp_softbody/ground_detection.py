@@ -92,7 +92,7 @@ class TriangleDetection:
         self._tree = ground.tree_on(model.options.device)
         features = ground.features
         # a node deeper than the body is large has gone through
-        size = float(np.linalg.norm(np.ptp(model.scene.character.mesh.points, axis=0)))
+        size = float(np.linalg.norm(np.ptp(model.body.mesh.points, axis=0)))
         self._inputs = [
             self._tree.id,
             model.array(ground.vertices, types.vec3),

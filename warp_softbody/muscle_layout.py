@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.bodies import Part
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError
 from warp_softbody.mesh import TetMesh
@@ -128,3 +130,26 @@ def build_muscle_layout(character: Character) -> MuscleLayout:
         pair_segment=segment[by_tet],
         pair_weight=weight[by_tet],
     )
+
+
+def join_layouts(layouts: Sequence[MuscleLayout], parts: Sequence[Part]) -> MuscleLayout:
+    """The muscles of several bodies, in the joined numbers of nodes, tets and segments."""
+    if len(layouts) == 1:
+        return layouts[0]
+    points = np.cumsum([0, *(len(layout.point_nodes) for layout in layouts)])
+    numbered = list(zip(layouts, parts, points[:-1], strict=True))
+    return MuscleLayout(
+        point_nodes=_joined([a.point_nodes + p.nodes.start for a, p, _ in numbered]),
+        point_weights=np.concatenate([a.point_weights for a in layouts]),
+        segment_points=_joined([a.segment_points + first for a, _, first in numbered]),
+        directions=np.concatenate([a.directions for a in layouts]),
+        rest_lengths=np.concatenate([a.rest_lengths for a in layouts]),
+        stiffness=np.concatenate([a.stiffness for a in layouts]),
+        pair_tet=_joined([a.pair_tet + p.tets.start for a, p, _ in numbered]),
+        pair_segment=_joined([a.pair_segment + p.segments.start for a, p, _ in numbered]),
+        pair_weight=np.concatenate([a.pair_weight for a in layouts]),
+    )
+
+
+def _joined(arrays: Sequence[IntArray]) -> IntArray:
+    return np.concatenate(arrays).astype(np.int32)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.topology import Topology
 
@@ -20,14 +19,12 @@ def rest_gradients(mesh: TetMesh) -> FloatArray:
 
 
 def rest_matrix(
-    mesh: TetMesh,
-    topology: Topology,
-    material: Material,
-    masses: FloatArray,
-    mass_factor: float,
-    stiffness_factor: float,
+    mesh: TetMesh, topology: Topology, masses: FloatArray, lame: FloatArray
 ) -> FloatArray:
-    """``mass_factor M + stiffness_factor K`` at rest, as blocks (blocks, 3, 3) of the pattern."""
+    """Lumped masses (n,) and the stiffness of mu and lambda (e, 2) of each edge, at rest.
+
+    As blocks (blocks, 3, 3) of the pattern.
+    """
     gradients = (rest_gradients(mesh) * np.sqrt(mesh.volumes)[:, None, None]).reshape(-1, 3)
     edge_of = np.repeat(np.arange(len(topology.edge_slots)), np.diff(topology.edge_start))
     low, high = gradients[topology.edge_corners[:, 0]], gradients[topology.edge_corners[:, 1]]
@@ -40,12 +37,12 @@ def rest_matrix(
         axis=1,
     ).reshape(-1, 3, 3)
     trace = np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    mu, lam = stiffness_factor * material.lame_mu, stiffness_factor * material.lame_lambda
+    mu, lam = lame.T[:, :, None, None]
     block = lam * outer + mu * (outer.transpose(0, 2, 1) + trace)
     values = np.zeros((len(topology.column), 3, 3))
     values[topology.edge_slots[:, 0]] = block
     values[topology.edge_slots[:, 1]] = block.transpose(0, 2, 1)
     # a translation is in the null space of K, so its rows sum to nothing
     sums = np.add.reduceat(values, topology.row_start[:-1], axis=0)
-    values[topology.diagonal_slot] = mass_factor * masses[:, None, None] * np.eye(3) - sums
+    values[topology.diagonal_slot] = masses[:, None, None] * np.eye(3) - sums
     return values

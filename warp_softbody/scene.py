@@ -1,10 +1,12 @@
-"""A scene: a character, the ground it stands on, and what pushes it."""
+"""A scene: bodies, the ground they stand on, and what pushes them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
+from warp_softbody.bodies import Body, Part, join, parts_of
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
@@ -46,23 +48,57 @@ class Scene:
     """What there is.
 
     Attributes:
-        character: the body.
-        ground: a plane, a height field or triangles; None for a body in free space.
+        character: the body; the one that a controller moves.
+        others: bodies beside it, which touch it and each other.
+        ground: a plane, a height field or triangles; None for bodies in free space.
         gravity: m/s^2.
         pushes: forces over time.
-        initial_velocity: of every node, m/s.
+        initial_velocity: of every node of the character, m/s.
+        body_friction: Coulomb coefficient between bodies, and of a surface with itself.
+        self_contact: whether surfaces of one body touch each other.
     """
 
     character: Character
+    others: tuple[Body, ...] = ()
     ground: Ground | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
     pushes: tuple[Push, ...] = ()
     initial_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    body_friction: float = 0.5
+    self_contact: bool = False
 
     def __post_init__(self) -> None:
-        """Check that every push names a region of the character."""
+        """Check names, numbers, and that every push names a region."""
         for name in ("gravity", "initial_velocity"):
             if not all(math.isfinite(value) for value in getattr(self, name)):
                 raise InputError(f"scene {name} must be finite, got {getattr(self, name)!r}")
+        if not (math.isfinite(self.body_friction) and self.body_friction >= 0.0):
+            raise InputError(
+                f"scene body_friction must be finite and not negative, got {self.body_friction!r}"
+            )
+        names = [character.name for character in self.characters]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"two bodies of the scene have the name {name!r}")
         for push in self.pushes:
-            self.character.region(push.region)
+            self.whole.region(push.region)
+
+    @property
+    def characters(self) -> tuple[Character, ...]:
+        """All bodies, the character first."""
+        return (self.character, *(body.character for body in self.others))
+
+    @cached_property
+    def whole(self) -> Character:
+        """All bodies joined, as the engine sees them; the character's nodes come first."""
+        return join(self.characters)
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Where each body stands in the joined arrays."""
+        return parts_of(self.characters)
+
+    @property
+    def has_pairs(self) -> bool:
+        """Whether surfaces may touch each other."""
+        return self.self_contact or bool(self.others)

@@ -66,6 +66,8 @@ class Simulation:
         if controller is not None and self.model.segment_count:
             self._driver = Driver(controller, Bridge(self._stepper), method)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
+        own = np.arange(self.model.node_count) < self.model.scene.parts[0].nodes.stop
+        self._character_masses = np.where(own, self.model.masses, 0.0)
         self._pushed = False
         self._steps = 0
         self._frames = 0
@@ -181,14 +183,14 @@ class Simulation:
         """The state as a controller sees it."""
         touching = np.zeros(self.model.node_count, dtype=bool)
         if self.model.contact_count:
-            surface = self.model.scene.character.mesh.surface_nodes
+            surface = self.model.body.mesh.surface_nodes
             touching[surface] = self._contacts.modes.numpy() != ContactMode.LIFT
         rest = self.model.muscles.rest_lengths
         return BodyView(
             scene=self.model.scene,
             time=self.time,
             time_step=self.model.options.time_step,
-            masses=self.model.masses,
+            masses=self._character_masses,
             positions=self._state.positions.numpy().astype(np.float64),
             velocities=self._state.velocities.numpy().astype(np.float64),
             touching=touching,
@@ -216,7 +218,7 @@ class Simulation:
             return
         forces = np.zeros((self.model.node_count, 3))
         for push, share in zip(scene.pushes, shares, strict=True):
-            nodes = scene.character.region(push.region)
+            nodes = scene.whole.region(push.region)
             masses = self.model.masses[nodes]
             forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
         self._control.external_forces.assign(forces)
@@ -245,7 +247,7 @@ class Simulation:
             return ContactSample()
         modes = self._contacts.modes.numpy()
         chosen = modes != ContactMode.LIFT
-        nodes = self.model.scene.character.mesh.surface_nodes[chosen]
+        nodes = self.model.body.mesh.surface_nodes[chosen]
         impulses = self._contacts.impulses.numpy()[chosen].astype(np.float64)
         return ContactSample(
             points=positions[nodes],

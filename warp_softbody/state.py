@@ -23,11 +23,12 @@ class State:
     @staticmethod
     def at_rest(model: Model) -> State:
         """The rest shape, moving with the scene's initial velocity."""
-        points = model.scene.character.mesh.points
-        velocity = np.tile(
-            np.asarray(model.scene.initial_velocity, dtype=np.float64), (len(points), 1)
-        )
-        velocity[model.scene.character.fixed] = 0.0
+        scene, points = model.scene, model.body.mesh.points
+        velocity = np.zeros(points.shape)
+        starts = (scene.initial_velocity, *(body.velocity for body in scene.others))
+        for part, start in zip(scene.parts, starts, strict=True):
+            velocity[part.nodes] = start
+        velocity[model.body.fixed] = 0.0
         return State(model.array(points, model.types.vec3), model.array(velocity, model.types.vec3))
 
 

@@ -71,7 +71,7 @@ class Stepper:
         self.model = model
         self._device = model.options.device
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
-        directional = bool(model.scene.character.directional_friction)
+        directional = bool(model.body.directional_friction)
         self._contact = make_contact(model.options.precision, directional)
         self._ends = make_contact_ends(model.options.precision)
         self._detection = make_detection(model)
@@ -89,7 +89,7 @@ class Stepper:
         self._violations = model.zeros(model.contact_count, pair)
         self._largest_violations = model.zeros(1, pair)
         self._reach = model.zeros(1, wp.float64)
-        mesh = model.scene.character.mesh
+        mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
         self._preconditioner = make_preconditioner(
@@ -255,7 +255,8 @@ class Stepper:
         """One more Newton iteration, about the state that the last one ended in."""
         m, a, k = self.model, self.model.arrays, self._ends
         self.assembly.launch(after.positions, state.velocities)
-        nodes = [a["node_start"], a["node_corners"], a["step_factors"], a["mass"]]
+        nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
+        nodes += [a["damped_mass"], a["stiffness_share"]]
         rows = [a["row_start"], a["column"]]
         known = [self.assembly.values, self.assembly.momentum, control.external_forces]
         inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]

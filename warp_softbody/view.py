@@ -21,7 +21,7 @@ class BodyView:
         scene: what is simulated; its pushes are not the controller's to know.
         time: s.
         time_step: dt, s.
-        masses: (n,) kg.
+        masses: (n,) kg; zero at the nodes of other bodies.
         positions: (n, 3) m.
         velocities: (n, 3) m/s.
         touching: (n,) bool, nodes that bore a contact impulse in the last step.
