@@ -19,7 +19,8 @@ from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
 from warp_softbody.options import Precision, SimulationOptions
 from warp_softbody.scene import Scene
 from warp_softbody.state import SLACK, Contacts, Control, State
-from warp_softbody.stepper import Stepper, StepStatistics
+from warp_softbody.step_statistics import StepStatistics
+from warp_softbody.stepper import Stepper
 
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]

@@ -12,8 +12,10 @@ import numpy.typing as npt
 
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError
+from warp_softbody.ground_friction import DirectionalFriction
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
+from warp_softbody.muscles import MuscleGroup
 
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -102,8 +104,8 @@ def join(characters: Sequence[Character]) -> Character:
         return first
     parts = parts_of(characters)
     regions: dict[str, npt.NDArray[np.int32]] = {}
-    frictions = []
-    muscles = []
+    frictions: list[DirectionalFriction] = []
+    muscles: list[MuscleGroup] = []
     for character, part in zip(characters, parts, strict=True):
         prefix = "" if character is first else f"{character.name}."
         for name, nodes in character.regions.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import warp as wp
 
@@ -10,6 +10,22 @@ from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.conjugate_gradients import make_conjugate_gradients
 from warp_softbody.model import Model
 from warp_softbody.preconditioner import Preconditioner
+
+
+class Constraints(Protocol):
+    """Constraints between nodes; P is the projector onto the velocities that they leave free."""
+
+    def finish_residual(self, x: Any, r: Any, partial: Any) -> None:
+        """Launch r = P (b - matrix x) from S (b - (M~ + G) x), and its square."""
+        ...
+
+    def project(self, v: Any) -> None:
+        """Launch v = P v for v = S v."""
+        ...
+
+    def finish_product(self, p: Any, q: Any, partial: Any) -> None:
+        """Launch q = P matrix p from S (M~ + G) p; what it adds to p . q is added to the sums."""
+        ...
 
 
 class ConjugateGradients:
@@ -46,20 +62,42 @@ class ConjugateGradients:
         inputs = [a["tolerance"], a["fixed"], momentum]
         self._launch(self._kernels.set_target, inputs, [self.scalars], dim=1)
 
-    def solve(self, right_side: Any, slip_stiffness: Any, x: Any) -> None:
-        """Launch the iteration from the x given, in place."""
+    def residual(self, right_side: Any, slip_stiffness: Any, x: Any) -> Any:
+        """Launch r = S (b - (M~ + G) x); the array that it is written to."""
+        rows, surroundings = self._operator(slip_stiffness)
+        outputs = [self._vectors["r"], self._sums["rr"]]
+        self._launch(self._kernels.residual, [*rows, *surroundings, right_side, x], outputs)
+        return self._vectors["r"]
+
+    def _operator(self, slip_stiffness: Any) -> tuple[list[Any], list[Any]]:
+        rows = [self._model.chunk, self._model.arrays["row_start"], self._model.arrays["column"]]
+        return rows, [self._values, self.kinds, self.normals, slip_stiffness]
+
+    def solve(
+        self, right_side: Any, slip_stiffness: Any, x: Any, constraints: Constraints | None = None
+    ) -> None:
+        """Launch the iteration from the x given, in place.
+
+        Constraints narrow S to a part of the free velocities, and may add to the matrix.
+        """
         m, k, v, s = self._model, self._kernels, self._vectors, self._sums
-        rows = [m.chunk, m.arrays["row_start"], m.arrays["column"]]
-        surroundings = [self._values, self.kinds, self.normals, slip_stiffness]
-        self._launch(k.residual, [*rows, *surroundings, right_side, x], [v["r"], s["rr"]])
+        rows, surroundings = self._operator(slip_stiffness)
+        self.residual(right_side, slip_stiffness, x)
+        if constraints is not None:
+            constraints.finish_residual(x, v["r"], s["rr"])
         self._launch(k.begin, [s["rr"]], [self.scalars, self.counters], dim=1)
 
         def iterate() -> None:
             self._preconditioner.apply(v["r"], v["z"])
             filtered = [m.chunk, self.kinds, self.normals, v["r"]]
             self._launch(k.filtered_product, filtered, [v["z"], s["rz"]])
+            if constraints is not None:
+                # r is in the narrowed space, so its product with z stays what it is
+                constraints.project(v["z"])
             self._launch(k.direction, [m.chunk, s["rz"], self.scalars, v["z"]], [v["p"]])
             self._launch(k.product, [*rows, *surroundings, v["p"]], [v["q"], s["pq"]])
+            if constraints is not None:
+                constraints.finish_product(v["p"], v["q"], s["pq"])
             inputs = [m.chunk, s["rz"], s["pq"], v["p"], v["q"]]
             self._launch(k.advance, inputs, [x, v["r"], s["rr"]])
             inputs = [m.options.max_iterations, s["rz"], s["rr"]]

@@ -54,6 +54,36 @@ class Control:
 
 
 @dataclass(frozen=True)
+class PairStates:
+    """Contact of surface nodes with triangles of other bodies or their own, kept likewise.
+
+    Attributes:
+        modes: (c,) int, as those of `Contacts`.
+        impulses: (c,) vec3 N s, onto the node; the triangle bears the opposite.
+        friction_forces, slip_velocities, slip_stiffness: as those of `Contacts`, by pair, of the
+            velocity relative to the triangle.
+    """
+
+    modes: Any
+    impulses: Any
+    friction_forces: Any
+    slip_velocities: Any
+    slip_stiffness: Any
+
+    @staticmethod
+    def none(model: Model) -> PairStates:
+        """Nothing touches yet."""
+        count, types = len(model.body.mesh.surface_nodes), model.types
+        return PairStates(
+            model.zeros(count, int),
+            model.zeros(count, types.vec3),
+            model.zeros(count, types.vec3),
+            model.zeros(count, types.vec3),
+            model.zeros(count, types.mat33),
+        )
+
+
+@dataclass(frozen=True)
 class Contacts:
     """Contact of the surface nodes, kept from step to step as the next step's first guess.
 
@@ -63,6 +93,7 @@ class Contacts:
         friction_forces: (n,) vec3 N s, constant part of the linearised friction of sliding nodes.
         slip_velocities: (n,) vec3 m/s, where it was linearised.
         slip_stiffness: (n,) mat33 kg, its derivative by the velocity.
+        pairs: contact of surfaces with each other; None where the scene has none.
     """
 
     modes: Any
@@ -70,6 +101,7 @@ class Contacts:
     friction_forces: Any
     slip_velocities: Any
     slip_stiffness: Any
+    pairs: PairStates | None = None
 
     @staticmethod
     def none(model: Model) -> Contacts:
@@ -80,4 +112,5 @@ class Contacts:
             model.zeros(model.node_count, model.types.vec3),
             model.zeros(model.node_count, model.types.vec3),
             model.zeros(model.node_count, model.types.mat33),
+            PairStates.none(model) if model.scene.has_pairs else None,
         )

@@ -7,59 +7,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warp_softbody.assembly import Assembly
-from warp_softbody.block_factor import Freedom
-from warp_softbody.ground_detection import make_detection
-from warp_softbody.kernels import conjugate_gradients as cg
-from warp_softbody.kernels import contact as contact_kernels
-from warp_softbody.kernels.contact import make_contact
+from warp_softbody.contact_resolution import ContactResolution
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.muscles import make_muscles
-from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.mesh_geometry import shortest_edge
 from warp_softbody.model import Model
 from warp_softbody.parallel import Workers
-from warp_softbody.preconditioner import make_preconditioner
 from warp_softbody.state import Contacts, Control, State
-
-FRESH_ITERATIONS = 3
-"""Iterations of one pass that even a fresh factor would need."""
-
-
-@dataclass(frozen=True)
-class StepStatistics:
-    """What one step took.
-
-    Attributes:
-        iterations: of conjugate gradients, all contact passes together.
-        passes: active-set passes, 1 where no contact mode changed.
-        touching: nodes in contact.
-        converged: whether every linear solve reached its tolerance.
-        contact_converged: whether the active set settled.
-        finite: whether every velocity is a finite number.
-        resolved: whether rounding of the farthest node's position is less than the shortest edge at
-            rest; beyond it the shape is lost, though numbers are finite.
-        signorini: largest violation of Signorini's condition by a node, N: an impulse that pulls
-            at it, or the one that would stop it where it sinks, over dt (docs/contact.md).
-        coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
-            one that the law demands at its velocity and normal impulse, over dt.
-    """
-
-    iterations: int
-    passes: int
-    touching: int
-    converged: bool
-    contact_converged: bool
-    finite: bool
-    resolved: bool
-    signorini: float
-    coulomb: float
+from warp_softbody.step_statistics import StepStatistics
 
 
 class Stepper:
@@ -67,35 +28,21 @@ class Stepper:
 
     def __init__(self, model: Model) -> None:
         """Allocate the work arrays of a model."""
-        types, n, m = model.types, model.node_count, model.tet_count
+        types, m = model.types, model.tet_count
         self.model = model
         self._device = model.options.device
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
-        directional = bool(model.body.directional_friction)
-        self._contact = make_contact(model.options.precision, directional)
         self._ends = make_contact_ends(model.options.precision)
-        self._detection = make_detection(model)
         self.assembly = Assembly(model)
         self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
         self.lengths = model.zeros(model.segment_count, types.scalar)
         self._tensions = model.zeros(model.segment_count, types.scalar)
-        self._right = model.zeros(n, types.vec3)
-        self._right_with_slip = model.zeros(n, types.vec3)
-        self._x = model.zeros(n, types.vec3)
-        self._normal_velocity = model.zeros(model.contact_count, types.scalar)
-        self._changed = model.zeros(model.contact_count, wp.int32)
-        pair = wp.types.vector(length=2, dtype=types.scalar)
-        self._violations = model.zeros(model.contact_count, pair)
-        self._largest_violations = model.zeros(1, pair)
         self._reach = model.zeros(1, wp.float64)
         mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
-        self._preconditioner = make_preconditioner(
-            model, self.assembly.values, self.assembly.node_rotations
-        )
-        self._solver = ConjugateGradients(model, self.assembly.values, self._preconditioner)
+        self._contact = ContactResolution(model, self.assembly)
         self._graphs: dict[tuple[Any, ...], Any] = {}
         self._phase_graphs: dict[int, Any] = {}
         threads = model.options.threads
@@ -118,11 +65,12 @@ class Stepper:
 
     def solve(self, state: State, control: Control, contacts: Contacts) -> None:
         """The step's velocities with the contact modes as they were."""
-        renew = self._preconditioner.stale
+        renew = self._contact.preconditioner.stale
+        self._contact.find_pairs(state, contacts)
         key = ("solve with a new factor" if renew else "solve", state, control, contacts)
         self._replay(key, lambda: self._launch_solve(state, control, contacts, renew))
         if renew:
-            self._preconditioner.renewed()
+            self._contact.preconditioner.renewed()
 
     def resolve_contact(
         self, state: State, control: Control, contacts: Contacts, after: State
@@ -143,7 +91,8 @@ class Stepper:
             self.assemble(state)
             self.solve(state, control, contacts)
             return self.resolve_contact(state, control, contacts, after)
-        renew = self._preconditioner.stale
+        renew = self._contact.preconditioner.stale
+        self._contact.find_pairs(state, contacts)
 
         def launch() -> None:
             self._launch_assembly(state)
@@ -153,7 +102,7 @@ class Stepper:
         key = ("step with a new factor" if renew else "step", state, control, contacts, after)
         self._replay(key, launch)
         if renew:
-            self._preconditioner.renewed()
+            self._contact.preconditioner.renewed()
         return self._read_statistics()
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
@@ -186,8 +135,7 @@ class Stepper:
     def _launch_solve(
         self, state: State, control: Control, contacts: Contacts, renew: bool
     ) -> None:
-        m, a, k = self.model, self.model.arrays, self._ends
-        self._solver.counters.zero_()
+        m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
         if self._muscles is not None:
             inputs = [a["muscle_stiffness"], control.rest_lengths, self.lengths]
             self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
@@ -202,117 +150,40 @@ class Stepper:
             state.velocities,
         ]
         inputs = [*nodes, int(self._muscles is not None), *forces, contacts.friction_forces]
-        outputs = [self._right, self._right_with_slip, self._x]
+        outputs = [contact.right, contact.right_with_slip, contact.x]
         self._launch(k.right_side, m.node_count, inputs, outputs)
-        self._solver.set_target(self._right)
-        if self._detection is not None:
-            self._detection.launch(state, self._normal_velocity, self._solver.normals)
-        self._launch_pass(contacts, renew)
-
-    def _launch_pass(self, contacts: Contacts, renew: bool = False) -> None:
-        m, a, k = self.model, self.model.arrays, self._contact
-        if m.contact_count:
-            inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
-            outputs = [self._solver.kinds, self._x]
-            self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
-        self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self._x])
-        freedom = Freedom(self._solver.kinds, self._solver.normals, contacts.slip_stiffness)
-        if renew:
-            self._preconditioner.renew(freedom)
-        self._preconditioner.prepare(freedom)
-        self._solver.solve(self._right_with_slip, contacts.slip_stiffness, self._x)
+        contact.launch_first(state, contacts, renew)
 
     def _launch_contact(
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> None:
         m, k = self.model, self._ends
         ends = [after.positions, after.velocities]
-        inputs = [m.arrays["step_factors"], state.positions, self._x]
-        self._launch_modes(contacts)
+        inputs = [m.arrays["step_factors"], state.positions, self._contact.x]
+        self._contact.launch_modes(contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
             self._launch_again(state, control, contacts, after)
-            self._launch_modes(contacts)
+            self._contact.launch_modes(contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
         self._launch(k.farthest, 1, [after.positions], [self._reach])
-
-    def _launch_modes(self, contacts: Contacts) -> None:
-        """Choose contact modes anew until they settle."""
-        if not self.model.contact_count:
-            return
-        self._launch_update(contacts)
-
-        def settle() -> None:
-            self._launch_pass(contacts)
-            self._launch_update(contacts)
-
-        again = contact_kernels.AGAIN
-        wp.capture_while(self._solver.counters[again : again + 1], settle)
 
     def _launch_again(
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> None:
         """One more Newton iteration, about the state that the last one ended in."""
-        m, a, k = self.model, self.model.arrays, self._ends
+        m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
         self.assembly.launch(after.positions, state.velocities)
         nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
         nodes += [a["damped_mass"], a["stiffness_share"]]
         rows = [a["row_start"], a["column"]]
         known = [self.assembly.values, self.assembly.momentum, control.external_forces]
         inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
-        inputs += [self._x, contacts.friction_forces]
-        outputs = [self._right, self._right_with_slip]
+        inputs += [contact.x, contacts.friction_forces]
+        outputs = [contact.right, contact.right_with_slip]
         self._launch(k.newton_right_side, m.node_count, inputs, outputs)
-        self._solver.set_target(self._right)
-        self._launch(k.begin_iteration, 1, [], [self._solver.counters])
-        self._launch_pass(contacts)
-
-    def _launch_update(self, contacts: Contacts) -> None:
-        m, a, k = self.model, self.model.arrays, self._contact
-        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
-        law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
-        inputs = [a["surface_nodes"], a["fixed"], *rows, *law, a["contact_tolerances"]]
-        now = [
-            self.assembly.node_rotations,
-            self.assembly.values,
-            self._right,
-            self._x,
-            self._solver.normals,
-            self._normal_velocity,
-            self._solver.counters,
-            self._solver.scalars,
-        ]
-        outputs = [
-            contacts.modes,
-            contacts.impulses,
-            contacts.friction_forces,
-            contacts.slip_velocities,
-            contacts.slip_stiffness,
-            self._right_with_slip,
-            self._changed,
-            self._violations,
-        ]
-        self._launch(k.update_modes, m.contact_count, [*inputs, *now], outputs)
-        inputs = [m.options.max_contact_passes, self._changed, contacts.modes, self._violations]
-        outputs = [self._solver.counters, self._largest_violations]
-        self._launch(k.conclude_pass, 1, inputs, outputs)
+        contact.launch_next(contacts)
 
     def _read_statistics(self) -> StepStatistics:
-        counters = self._solver.counters.numpy()
-        passes = counters[contact_kernels.PASSES] + counters[contact_kernels.EARLIER_PASSES]
-        passes = max(self.model.options.newton_iterations, int(passes))
-        iterations = int(counters[cg.TOTAL_ITERATIONS])
-        self._preconditioner.used(iterations, fresh=FRESH_ITERATIONS * passes)
-        dt = self.model.options.time_step
-        signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
-        return StepStatistics(
-            iterations=iterations,
-            passes=passes,
-            touching=int(counters[contact_kernels.TOUCHING]),
-            converged=int(counters[cg.UNCONVERGED]) == 0,
-            contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
-            finite=bool(np.isfinite(self._solver.scalars.numpy()[cg.LAST_SQUARE])),
-            resolved=float(self._reach.numpy()[0]) < self._most_reach,
-            signorini=signorini,
-            coulomb=coulomb,
-        )
+        reach = float(self._reach.numpy()[0])
+        return self._contact.read_statistics(resolved=reach < self._most_reach)

@@ -1,0 +1,147 @@
+"""Surface nodes that face a triangle of another body, or of their own.
+
+One plane a node: the closest triangle whose outside looks at the node's own. Edges against edges
+are not looked for.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.triangles import make_triangles
+
+SUBJECT = "pair_detection"
+
+FACING = -0.2
+"""Cosine between two outward normals above which their surfaces do not face each other."""
+
+ASIDE = 0.05
+"""Part of an edge's length by which a node may stand beside a triangle and yet over it."""
+
+
+@cache
+def make_pair_detection(precision: str) -> SimpleNamespace:
+    """Kernels ``follow`` and ``detect``."""
+    types = real(precision)
+    scalar, vec3 = types.scalar, types.vec3
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    closest_weights = make_triangles(precision, SUBJECT).closest_weights
+    facing, aside = wp.constant(scalar(FACING)), wp.constant(scalar(ASIDE))
+
+    @kernel
+    def follow(
+        # in
+        positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        # out
+        tree_points: wp.array(dtype=wp.vec3f),
+        fastest: wp.array(dtype=scalar),
+    ):
+        # the search tree works in single precision
+        largest = scalar(0.0)
+        for i in range(positions.shape[0]):
+            p = positions[i]
+            tree_points[i] = wp.vec3f(wp.float32(p[0]), wp.float32(p[1]), wp.float32(p[2]))
+            largest = wp.max(largest, wp.length_sq(velocities[i]))
+        fastest[0] = wp.sqrt(largest)
+
+    @func
+    def crossed(k: wp.vec3i, points: wp.array(dtype=vec3)):
+        return wp.cross(points[k[1]] - points[k[0]], points[k[2]] - points[k[0]])
+
+    @func
+    def blend(k: wp.vec3i, weights: vec3, points: wp.array(dtype=vec3)):
+        return weights[0] * points[k[0]] + weights[1] * points[k[1]] + weights[2] * points[k[2]]
+
+    @func
+    def near_at_rest(i: int, k: wp.vec3i, near: scalar, rest: wp.array(dtype=vec3)):
+        p = rest[i]
+        weights = closest_weights(rest[k[0]], rest[k[1]], rest[k[2]], p)
+        return wp.length(p - blend(k, weights, rest)) < near
+
+    @kernel
+    def detect(
+        # model
+        surface_nodes: wp.array(dtype=int),
+        node_body: wp.array(dtype=int),
+        tree: wp.uint64,
+        faces: wp.array(dtype=wp.vec3i),
+        fan_start: wp.array(dtype=int),
+        fan_faces: wp.array(dtype=int),
+        rest: wp.array(dtype=vec3),
+        lengths: wp.array(dtype=scalar),
+        self_contact: int,
+        step_factors: wp.array(dtype=scalar),
+        # in
+        positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        fastest: wp.array(dtype=scalar),
+        # out
+        corners: wp.array(dtype=wp.vec3i),
+        weights: wp.array(dtype=vec3),
+        normals: wp.array(dtype=vec3),
+        least: wp.array(dtype=scalar),
+        modes: wp.array(dtype=int),
+    ):
+        # lengths: mean edge, recovery speed. A node without a partner gets no corners and lifts.
+        c = wp.tid()
+        i = surface_nodes[c]
+        p = positions[i]
+        edge = lengths[0]
+        dt = step_factors[0]
+        margin = dt * (fastest[0] + wp.length(velocities[i])) + aside * edge
+        depth = edge
+        own = vec3()
+        for f in range(fan_start[c], fan_start[c + 1]):
+            own += crossed(faces[fan_faces[f]], positions)
+        own = wp.normalize(own)
+        reach = wp.float32(wp.max(margin, depth))
+        middle = wp.vec3f(wp.float32(p[0]), wp.float32(p[1]), wp.float32(p[2]))
+        extent = wp.vec3f(reach, reach, reach)
+        query = wp.mesh_query_aabb(tree, middle - extent, middle + extent)
+        face = int(0)
+        best = scalar(1e30)
+        found = wp.vec3i(-1, -1, -1)
+        found_weights = vec3()
+        found_normal = vec3()
+        found_gap = scalar(0.0)
+        while wp.mesh_query_aabb_next(query, face):
+            k = faces[face]
+            usable = k[0] != i and k[1] != i and k[2] != i
+            same = node_body[k[0]] == node_body[i]
+            if same and self_contact == 0:
+                usable = False
+            if usable:
+                n = wp.normalize(crossed(k, positions))
+                w = closest_weights(positions[k[0]], positions[k[1]], positions[k[2]], p)
+                away = p - blend(k, w, positions)
+                gap = wp.dot(n, away)
+                distance = wp.length(away)
+                beside = wp.length(away - gap * n)
+                if beside > aside * edge:
+                    # an edge or a corner of the face is what is met
+                    usable = gap >= scalar(0.0)
+                    if usable:
+                        n = away / distance
+                        gap = distance
+                usable = usable and wp.dot(n, own) < facing
+                usable = usable and gap < margin and gap > -depth
+                if usable and same:
+                    near = wp.max(scalar(1.5) * edge, scalar(2.0) * distance)
+                    usable = not near_at_rest(i, k, near, rest)
+                if usable and distance < best:
+                    best = distance
+                    found = k
+                    found_weights = w
+                    found_normal = n
+                    found_gap = gap
+        corners[c] = found
+        weights[c] = found_weights
+        normals[c] = found_normal
+        least[c] = wp.min(-found_gap / dt, lengths[1])
+        if found[0] < 0:
+            modes[c] = 0
+
+    return SimpleNamespace(follow=follow, detect=detect)

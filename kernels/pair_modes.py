@@ -1,0 +1,249 @@
+"""Modes of the pairs of a node and a triangle: the rules of ``kernels/contact.py``.
+
+Velocity and impulse are those of the node relative to the triangle; the triangle's corners bear the
+opposite impulse by their weights. A pair's own block is that of the two sides in series.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels.contact import (
+    AGAIN,
+    CHANGED,
+    LIFT,
+    NEWTON_PASSES,
+    PASSES,
+    SLIDE,
+    STICK,
+    TOUCHING,
+)
+from warp_softbody.kernels.pair_rows import SUBJECT, make_pair_rows
+from warp_softbody.kernels.precision import real
+
+
+@cache
+def make_pair_modes(precision: str) -> SimpleNamespace:
+    """Kernels that turn a solved pass into impulses, and impulses into the next modes."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    vec2 = wp.types.vector(length=2, dtype=scalar)
+    rows = make_pair_rows(precision)
+    Pairs, Work, Freedom = rows.Pairs, rows.Work, rows.Freedom
+    relative, scatter, multipliers = rows.relative, rows.scatter, rows.multipliers
+    stiffen = rows.stiffen
+    lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
+    newton_passes = wp.constant(NEWTON_PASSES)
+    rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
+
+    @kernel
+    def find_impulses(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        frictions: wp.array(dtype=vec3),
+        stiffness: wp.array(dtype=mat33),
+        x: wp.array(dtype=vec3),
+        right: wp.array(dtype=vec3),
+        # in and out
+        r: wp.array(dtype=vec3),
+        # out
+        impulses: wp.array(dtype=vec3),
+        right_with_pairs: wp.array(dtype=vec3),
+    ):
+        # r: S (b - M~ x) with all friction forces in b; what is left of it on the rows is borne by
+        # them
+        for i in range(right.shape[0]):
+            right_with_pairs[i] = right[i]
+        for c in range(modes.shape[0]):
+            impulses[c] = vec3()
+        stiffen(pairs, freedom, work, stiffness, scalar(-1.0), x, r)
+        multipliers(pairs, modes, freedom, work, r)
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            impulse = -work.y[row]
+            if modes[c] == slide:
+                impulse += frictions[c] - stiffness[c] * relative(pairs, c, x)
+            impulses[c] = impulse
+            scatter(pairs, c, impulse, right_with_pairs)
+
+    @func
+    def mobility(
+        i: int,
+        fixed: wp.array(dtype=int),
+        diagonal_slot: wp.array(dtype=int),
+        values: wp.array(dtype=mat33),
+    ):
+        if fixed[i] != 0:
+            return scalar(0.0)
+        return scalar(3.0) / wp.trace(values[diagonal_slot[i]])
+
+    @func
+    def linearised_friction(
+        n: vec3, bound: scalar, sliding: vec3, last: vec3, slowest: scalar, newton: bool
+    ):
+        speed = wp.max(wp.length(sliding), slowest)
+        direction = sliding / speed
+        force = vec3()
+        stiffness = (bound / speed) * (wp.identity(n=3, dtype=scalar) - wp.outer(n, n))
+        settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
+        if settled and newton:
+            force = -bound * direction
+            stiffness -= (bound / speed) * wp.outer(direction, direction)
+        return force, stiffness
+
+    @kernel
+    def update_pairs(
+        # model
+        fixed: wp.array(dtype=int),
+        diagonal_slot: wp.array(dtype=int),
+        friction_coefficient: scalar,
+        tolerances: wp.array(dtype=scalar),
+        # in
+        pairs: Pairs,
+        values: wp.array(dtype=mat33),
+        x: wp.array(dtype=vec3),
+        impulses: wp.array(dtype=vec3),
+        counters: wp.array(dtype=int),
+        scalars: wp.array(dtype=wp.float64),
+        # in and out
+        modes: wp.array(dtype=int),
+        slip_velocities: wp.array(dtype=vec3),
+        # out
+        frictions: wp.array(dtype=vec3),
+        stiffness: wp.array(dtype=mat33),
+        changed: wp.array(dtype=int),
+        violations: wp.array(dtype=vec2),
+    ):
+        c = wp.tid()
+        changed[c] = 0
+        violations[c] = vec2()
+        frictions[c] = vec3()
+        stiffness[c] = mat33()
+        k = pairs.corners[c]
+        if k[0] < 0:
+            return
+        w = pairs.weights[c]
+        n = pairs.normals[c]
+        mode = modes[c]
+        least = pairs.least[c]
+        give = mobility(pairs.nodes[c], fixed, diagonal_slot, values)
+        for a in range(3):
+            give += w[a] * w[a] * mobility(k[a], fixed, diagonal_slot, values)
+        if give == scalar(0.0):
+            return
+        weight = scalar(1.0) / give
+        u = relative(pairs, c, x)
+        impulse = impulses[c]
+        normal_impulse = wp.dot(n, impulse)
+        normal_speed = wp.dot(n, u)
+        sliding = u - normal_speed * n
+        friction = impulse - normal_impulse * n
+        newton = counters[PASSES] < newton_passes
+        next_mode = lift
+        if mode == lift:
+            violations[c] = vec2(weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0))
+            if normal_speed < least - tolerances[1]:
+                next_mode = slide
+                slip_velocities[c] = vec3()
+        elif normal_impulse < -tolerances[0]:
+            violations[c] = vec2(-normal_impulse, wp.length(friction))
+            if mode == stick:
+                next_mode = slide
+                changed[c] = 1
+                slip_velocities[c] = vec3()
+        else:
+            trial = friction - weight * sliding
+            size = wp.length(trial)
+            bound = friction_coefficient * wp.max(normal_impulse, scalar(0.0))
+            nearest = trial
+            if size > bound:
+                nearest = (bound / size) * trial
+            violations[c] = vec2(
+                wp.max(-normal_impulse, scalar(0.0)), wp.length(friction - nearest)
+            )
+            next_mode = stick
+            margin = wp.min(weight * tolerances[3], scalar(0.01) * bound)
+            slips = size > bound + margin + tolerances[0]
+            if mode == slide:
+                slips = size > bound and wp.length(sliding) > tolerances[3]
+                slips = slips and wp.dot(slip_velocities[c], sliding) >= scalar(0.0)
+            if slips and (mode == slide or newton):
+                next_mode = slide
+                if mode == stick:
+                    frictions[c] = (bound / size) * trial
+                    slip_velocities[c] = (scalar(-1.0) / weight) * trial
+                else:
+                    direction = sliding / wp.max(wp.length(sliding), tolerances[3])
+                    law = friction + bound * direction
+                    left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
+                    left += rounding * weight * wp.length(x[pairs.nodes[c]])
+                    if wp.length(law) > tolerances[2] * bound + tolerances[0] + left:
+                        changed[c] = 1
+                    force, block = linearised_friction(
+                        n, bound, sliding, slip_velocities[c], tolerances[3], newton
+                    )
+                    frictions[c] = force
+                    stiffness[c] = block
+                    slip_velocities[c] = sliding
+        if next_mode != mode:
+            changed[c] = 1
+        modes[c] = next_mode
+
+    @kernel
+    def add_frictions(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        frictions: wp.array(dtype=vec3),
+        right: wp.array(dtype=vec3),
+        ground_frictions: wp.array(dtype=vec3),
+        # out
+        right_with_slip: wp.array(dtype=vec3),
+    ):
+        for i in range(right.shape[0]):
+            right_with_slip[i] = right[i] + ground_frictions[i]
+        for c in range(modes.shape[0]):
+            if modes[c] == slide:
+                scatter(pairs, c, frictions[c], right_with_slip)
+
+    @kernel
+    def conclude_pairs(
+        # model
+        max_passes: int,
+        # in
+        changed: wp.array(dtype=int),
+        modes: wp.array(dtype=int),
+        violations: wp.array(dtype=vec2),
+        # in and out
+        counters: wp.array(dtype=int),
+        largest_violations: wp.array(dtype=vec2),
+    ):
+        # on top of what ``conclude_pass`` made of the ground's contacts
+        total = int(0)
+        touching = int(0)
+        largest = largest_violations[0]
+        for c in range(modes.shape[0]):
+            total += changed[c]
+            largest = wp.max(largest, violations[c])
+            if modes[c] != lift:
+                touching += 1
+        counters[TOUCHING] = counters[TOUCHING] + touching
+        counters[CHANGED] = counters[CHANGED] + total
+        largest_violations[0] = largest
+        if total > 0:
+            counters[AGAIN] = wp.where(counters[PASSES] < max_passes, 1, 0)
+            counters[cg.LOOSE] = wp.where(counters[PASSES] < max_passes - 1, 1, 0)
+
+    return SimpleNamespace(
+        find_impulses=find_impulses,
+        update_pairs=update_pairs,
+        add_frictions=add_frictions,
+        conclude_pairs=conclude_pairs,
+    )

@@ -1,0 +1,329 @@
+"""Constraints on the velocities of nodes relative to triangles, inside conjugate gradients.
+
+Row p of C takes velocities to u_p = v_i - sum_k w_k v_k, the node's relative to the point of the
+triangle that it touches. A sticking pair gives all of u_p, a sliding one n . u_p. With S the
+projector of the ground's modes, the velocities left free are the null space of N C S (N = 1 or n
+n^T), and ``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The small system is solved to
+rounding by conjugate gradients of its own, in one thread: pairs are few beside nodes.
+
+A sliding pair's friction adds a stiffness D to the matrix: C^T D C.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import warp as wp
+
+from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels.precision import real
+
+SUBJECT = "pairs"
+
+LIFT = 0
+STICK = 1
+
+MOST_ITERATIONS = 200
+"""Of the small system; it takes a dozen."""
+
+
+@cache
+def make_pair_rows(precision: str) -> SimpleNamespace:
+    """Kernels that project vectors of nodes, and functions for the other kernels of pairs."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    project = cg.make_conjugate_gradients(precision).project
+    stick = wp.constant(STICK)
+    lift = wp.constant(LIFT)
+    most = wp.constant(MOST_ITERATIONS)
+    rounding = 1e-6 if precision == "float32" else 1e-14
+    enough = wp.constant(wp.float64(rounding * rounding))
+
+    @wp.struct
+    class Pairs:
+        nodes: wp.array(dtype=int)
+        corners: wp.array(dtype=wp.vec3i)
+        weights: wp.array(dtype=vec3)
+        normals: wp.array(dtype=vec3)
+        least: wp.array(dtype=scalar)
+        rows: wp.array(dtype=int)
+        count: wp.array(dtype=int)
+
+    @wp.struct
+    class Work:
+        nodal: wp.array(dtype=vec3)
+        y: wp.array(dtype=vec3)
+        r: wp.array(dtype=vec3)
+        p: wp.array(dtype=vec3)
+        q: wp.array(dtype=vec3)
+
+    @wp.struct
+    class Freedom:
+        kinds: wp.array(dtype=int)
+        normals: wp.array(dtype=vec3)
+
+    @func
+    def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):
+        k, w = pairs.corners[c], pairs.weights[c]
+        return v[pairs.nodes[c]] - (w[0] * v[k[0]] + w[1] * v[k[1]] + w[2] * v[k[2]])
+
+    @func
+    def scatter(pairs: Pairs, c: int, force: vec3, out: wp.array(dtype=vec3)):
+        k, w, i = pairs.corners[c], pairs.weights[c], pairs.nodes[c]
+        out[i] = out[i] + force
+        out[k[0]] = out[k[0]] - w[0] * force
+        out[k[1]] = out[k[1]] - w[1] * force
+        out[k[2]] = out[k[2]] - w[2] * force
+
+    @func
+    def clear(pairs: Pairs, c: int, out: wp.array(dtype=vec3)):
+        k = pairs.corners[c]
+        out[pairs.nodes[c]] = vec3()
+        out[k[0]] = vec3()
+        out[k[1]] = vec3()
+        out[k[2]] = vec3()
+
+    @func
+    def filter(pairs: Pairs, c: int, freedom: Freedom, v: wp.array(dtype=vec3)):
+        # S at the nodes of a pair; a node of several pairs is filtered again to the same value
+        k, i = pairs.corners[c], pairs.nodes[c]
+        v[i] = project(freedom.kinds[i], freedom.normals[i], v[i])
+        for a in range(3):
+            j = k[a]
+            v[j] = project(freedom.kinds[j], freedom.normals[j], v[j])
+
+    @func
+    def given(pairs: Pairs, c: int, mode: int, u: vec3):
+        if mode == stick:
+            return u
+        n = pairs.normals[c]
+        return wp.dot(n, u) * n
+
+    @func
+    def double_dot(a: vec3, b: vec3):
+        return (
+            wp.float64(a[0]) * wp.float64(b[0])
+            + wp.float64(a[1]) * wp.float64(b[1])
+            + wp.float64(a[2]) * wp.float64(b[2])
+        )
+
+    @func
+    def apply(
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        x: wp.array(dtype=vec3),
+        nodal: wp.array(dtype=vec3),
+        out: wp.array(dtype=vec3),
+    ):
+        # out = N C S C^T N x, and nodal = S C^T N x; x obeys N x = x
+        count = pairs.count[0]
+        for row in range(count):
+            clear(pairs, pairs.rows[row], nodal)
+        for row in range(count):
+            scatter(pairs, pairs.rows[row], x[row], nodal)
+        for row in range(count):
+            filter(pairs, pairs.rows[row], freedom, nodal)
+        for row in range(count):
+            c = pairs.rows[row]
+            out[row] = given(pairs, c, modes[c], relative(pairs, c, nodal))
+
+    @func
+    def solve(pairs: Pairs, modes: wp.array(dtype=int), freedom: Freedom, work: Work):
+        # y of (N C S C^T N) y = r; r is used up; redundant rows share their part
+        count = pairs.count[0]
+        square = wp.float64(0.0)
+        for row in range(count):
+            work.y[row] = vec3()
+            work.p[row] = work.r[row]
+            square += double_dot(work.r[row], work.r[row])
+        stop = enough * square
+        iteration = int(0)
+        while square > stop and iteration < most:
+            apply(pairs, modes, freedom, work.p, work.nodal, work.q)
+            curvature = wp.float64(0.0)
+            for row in range(count):
+                curvature += double_dot(work.p[row], work.q[row])
+            iteration += 1
+            if curvature > wp.float64(0.0):
+                alpha = scalar(square / curvature)
+                last = square
+                square = wp.float64(0.0)
+                for row in range(count):
+                    work.y[row] = work.y[row] + alpha * work.p[row]
+                    work.r[row] = work.r[row] - alpha * work.q[row]
+                    square += double_dot(work.r[row], work.r[row])
+                beta = scalar(square / last)
+                for row in range(count):
+                    work.p[row] = work.r[row] + beta * work.p[row]
+            else:
+                iteration = most
+
+    @func
+    def multipliers(
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        v: wp.array(dtype=vec3),
+    ):
+        # y of (N C S C^T N) y = N C v, for v = S v
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            work.r[row] = given(pairs, c, modes[c], relative(pairs, c, v))
+        solve(pairs, modes, freedom, work)
+
+    @func
+    def remove(
+        pairs: Pairs,
+        freedom: Freedom,
+        work: Work,
+        factor: scalar,
+        v: wp.array(dtype=vec3),
+    ):
+        # v += factor S C^T y
+        count = pairs.count[0]
+        for row in range(count):
+            clear(pairs, pairs.rows[row], work.nodal)
+        for row in range(count):
+            scatter(pairs, pairs.rows[row], work.y[row], work.nodal)
+        for row in range(count):
+            filter(pairs, pairs.rows[row], freedom, work.nodal)
+        # each node once: what has been added is taken off the work array
+        for row in range(count):
+            c = pairs.rows[row]
+            k, i = pairs.corners[c], pairs.nodes[c]
+            v[i] = v[i] + factor * work.nodal[i]
+            work.nodal[i] = vec3()
+            for a in range(3):
+                j = k[a]
+                v[j] = v[j] + factor * work.nodal[j]
+                work.nodal[j] = vec3()
+
+    @func
+    def stiffen(
+        pairs: Pairs,
+        freedom: Freedom,
+        work: Work,
+        stiffness: wp.array(dtype=mat33),
+        factor: scalar,
+        x: wp.array(dtype=vec3),
+        out: wp.array(dtype=vec3),
+    ):
+        # out += factor S C^T D C x; the product x^T C^T D C x
+        total = wp.float64(0.0)
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            u = relative(pairs, c, x)
+            force = stiffness[c] * u
+            work.y[row] = force
+            total += double_dot(u, force)
+        remove(pairs, freedom, work, factor, out)
+        return total
+
+    @kernel
+    def list_rows(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+    ):
+        count = int(0)
+        for c in range(modes.shape[0]):
+            if modes[c] != lift:
+                pairs.rows[count] = c
+                count += 1
+        pairs.count[0] = count
+
+    @kernel
+    def impose(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        # out
+        x: wp.array(dtype=vec3),
+    ):
+        # the nearest x that has the relative velocities given
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            wanted = pairs.least[c] * pairs.normals[c]
+            work.r[row] = given(pairs, c, modes[c], wanted - relative(pairs, c, x))
+        solve(pairs, modes, freedom, work)
+        remove(pairs, freedom, work, scalar(1.0), x)
+
+    @kernel
+    def finish_residual(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        stiffness: wp.array(dtype=mat33),
+        x: wp.array(dtype=vec3),
+        # out
+        r: wp.array(dtype=vec3),
+        partial: wp.array(dtype=wp.float64),
+    ):
+        # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square
+        if pairs.count[0] > 0:
+            stiffen(pairs, freedom, work, stiffness, scalar(-1.0), x, r)
+            multipliers(pairs, modes, freedom, work, r)
+            remove(pairs, freedom, work, scalar(-1.0), r)
+            total = wp.float64(0.0)
+            for i in range(r.shape[0]):
+                total += double_dot(r[i], r[i])
+            for k in range(partial.shape[0]):
+                partial[k] = wp.float64(0.0)
+            partial[0] = total
+
+    @kernel
+    def project_pairs(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        # out
+        v: wp.array(dtype=vec3),
+    ):
+        # v = P v for v = S v
+        if pairs.count[0] > 0:
+            multipliers(pairs, modes, freedom, work, v)
+            remove(pairs, freedom, work, scalar(-1.0), v)
+
+    @kernel
+    def finish_product(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        stiffness: wp.array(dtype=mat33),
+        p: wp.array(dtype=vec3),
+        # out
+        q: wp.array(dtype=vec3),
+        partial: wp.array(dtype=wp.float64),
+    ):
+        # q = P (M~ + C^T D C) p from S M~ p
+        if pairs.count[0] > 0:
+            added = stiffen(pairs, freedom, work, stiffness, scalar(1.0), p, q)
+            partial[0] = partial[0] + added
+            multipliers(pairs, modes, freedom, work, q)
+            remove(pairs, freedom, work, scalar(-1.0), q)
+
+    kernels: dict[str, Any] = {
+        "list_rows": list_rows,
+        "impose": impose,
+        "finish_residual": finish_residual,
+        "project_pairs": project_pairs,
+        "finish_product": finish_product,
+    }
+    functions = {
+        "relative": relative,
+        "scatter": scatter,
+        "multipliers": multipliers,
+        "stiffen": stiffen,
+    }
+    return SimpleNamespace(Pairs=Pairs, Work=Work, Freedom=Freedom, **kernels, **functions)

@@ -1,0 +1,180 @@
+"""Contact of a step: solves with given modes, and the choice of modes, until they settle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.assembly import Assembly
+from warp_softbody.block_factor import Freedom
+from warp_softbody.ground_detection import make_detection
+from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels import contact as contact_kernels
+from warp_softbody.kernels.contact import make_contact
+from warp_softbody.kernels.contact_ends import make_contact_ends
+from warp_softbody.linear_solver import ConjugateGradients
+from warp_softbody.model import Model
+from warp_softbody.pair_contact import PairContact, PairRows
+from warp_softbody.preconditioner import make_preconditioner
+from warp_softbody.state import Contacts, State
+from warp_softbody.step_statistics import StepStatistics
+
+FRESH_ITERATIONS = 3
+"""Iterations of one pass that even a fresh factor would need."""
+
+
+class ContactResolution:
+    """Finds the velocities of a step and the contact modes that go with them.
+
+    Attributes:
+        right: (n,) vec3, known momentum of the step, without contact.
+        right_with_slip: the same with the constant part of friction.
+        x: (n,) vec3 m/s, the velocities.
+        preconditioner: of the solves.
+    """
+
+    def __init__(self, model: Model, assembly: Assembly) -> None:
+        """Work arrays for the matrix that ``assembly`` makes."""
+        types, n = model.types, model.node_count
+        self._model = model
+        self._assembly = assembly
+        directional = bool(model.body.directional_friction)
+        self._kernels = make_contact(model.options.precision, directional)
+        self._begin_iteration = make_contact_ends(model.options.precision).begin_iteration
+        self._detection = make_detection(model)
+        self.right = model.zeros(n, types.vec3)
+        self.right_with_slip = model.zeros(n, types.vec3)
+        self.x = model.zeros(n, types.vec3)
+        self._normal_velocity = model.zeros(model.contact_count, types.scalar)
+        self._changed = model.zeros(model.contact_count, wp.int32)
+        pair = wp.types.vector(length=2, dtype=types.scalar)
+        self._violations = model.zeros(model.contact_count, pair)
+        self._largest_violations = model.zeros(1, pair)
+        self.preconditioner = make_preconditioner(model, assembly.values, assembly.node_rotations)
+        self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
+        self._pairs: PairContact | None = None
+        if model.scene.has_pairs:
+            where = (self._solver.kinds, self._solver.normals)
+            self._pairs = PairContact(model, *where, assembly.values)
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        if dim > 0:
+            device = self._model.options.device
+            wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def find_pairs(self, state: State, contacts: Contacts) -> None:
+        """Which surfaces may touch in a step from ``state`` on; not to be captured."""
+        if self._pairs is not None and contacts.pairs is not None:
+            self._pairs.find(state, contacts.pairs)
+
+    def launch_first(self, state: State, contacts: Contacts, renew: bool) -> None:
+        """Launch the first solve of a step, with the modes of the last one."""
+        self._solver.counters.zero_()
+        self._add_pair_frictions(contacts)
+        self._solver.set_target(self.right)
+        if self._detection is not None:
+            self._detection.launch(state, self._normal_velocity, self._solver.normals)
+        self._launch_pass(contacts, renew)
+
+    def launch_next(self, contacts: Contacts) -> None:
+        """Launch the first solve of a further Newton iteration."""
+        self._add_pair_frictions(contacts)
+        self._solver.set_target(self.right)
+        self._launch(self._begin_iteration, 1, [], [self._solver.counters])
+        self._launch_pass(contacts)
+
+    def launch_modes(self, contacts: Contacts) -> None:
+        """Launch the choice of modes, and solves with them, until they settle."""
+        if not self._model.contact_count and self._pairs is None:
+            return
+        self._launch_update(contacts)
+
+        def settle() -> None:
+            self._launch_pass(contacts)
+            self._launch_update(contacts)
+
+        again = contact_kernels.AGAIN
+        wp.capture_while(self._solver.counters[again : again + 1], settle)
+
+    def _add_pair_frictions(self, contacts: Contacts) -> None:
+        if self._pairs is not None and contacts.pairs is not None:
+            known = [self.right, contacts.friction_forces, self.right_with_slip]
+            self._pairs.add_frictions(contacts.pairs, *known)
+
+    def _launch_pass(self, contacts: Contacts, renew: bool = False) -> None:
+        m, a, k = self._model, self._model.arrays, self._kernels
+        if m.contact_count:
+            inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
+            outputs = [self._solver.kinds, self.x]
+            self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
+        self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self.x])
+        freedom = Freedom(self._solver.kinds, self._solver.normals, contacts.slip_stiffness)
+        if renew:
+            self.preconditioner.renew(freedom)
+        self.preconditioner.prepare(freedom)
+        rows = None
+        if self._pairs is not None and contacts.pairs is not None:
+            self._pairs.impose(contacts.pairs, self.x)
+            rows = PairRows(self._pairs, contacts.pairs)
+        self._solver.solve(self.right_with_slip, contacts.slip_stiffness, self.x, rows)
+
+    def _launch_update(self, contacts: Contacts) -> None:
+        m, solver = self._model, self._solver
+        right, pairs = self.right, contacts.pairs
+        if self._pairs is not None and pairs is not None:
+            known = [self.right_with_slip, contacts.slip_stiffness, self.x]
+            right = self._pairs.find_impulses(pairs, self.x, self.right, solver.residual(*known))
+        self._launch_ground(contacts, right)
+        if self._pairs is not None and pairs is not None:
+            self._pairs.update(pairs, self.x, solver.counters, solver.scalars)
+        inputs = [m.options.max_contact_passes, self._changed, contacts.modes, self._violations]
+        outputs = [solver.counters, self._largest_violations]
+        self._launch(self._kernels.conclude_pass, 1, inputs, outputs)
+        if self._pairs is not None and pairs is not None:
+            self._pairs.conclude(pairs, *outputs)
+            self._add_pair_frictions(contacts)
+
+    def _launch_ground(self, contacts: Contacts, right: Any) -> None:
+        """Launch the modes of the ground's contacts; ``right`` holds the impulses of pairs too."""
+        m, a, solver = self._model, self._model.arrays, self._solver
+        if not m.contact_count:
+            return
+        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
+        law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
+        inputs = [a["surface_nodes"], a["fixed"], *rows, *law, a["contact_tolerances"]]
+        now = [self._assembly.node_rotations, self._assembly.values, right, self.x]
+        now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]
+        outputs = [
+            contacts.modes,
+            contacts.impulses,
+            contacts.friction_forces,
+            contacts.slip_velocities,
+            contacts.slip_stiffness,
+            self.right_with_slip,
+            self._changed,
+            self._violations,
+        ]
+        self._launch(self._kernels.update_modes, m.contact_count, [*inputs, *now], outputs)
+
+    def read_statistics(self, *, resolved: bool) -> StepStatistics:
+        """What the step took; ``resolved`` is passed on."""
+        counters = self._solver.counters.numpy()
+        passes = counters[contact_kernels.PASSES] + counters[contact_kernels.EARLIER_PASSES]
+        passes = max(self._model.options.newton_iterations, int(passes))
+        iterations = int(counters[cg.TOTAL_ITERATIONS])
+        self.preconditioner.used(iterations, fresh=FRESH_ITERATIONS * passes)
+        dt = self._model.options.time_step
+        signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
+        return StepStatistics(
+            iterations=iterations,
+            passes=passes,
+            touching=int(counters[contact_kernels.TOUCHING]),
+            converged=int(counters[cg.UNCONVERGED]) == 0,
+            contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
+            finite=bool(np.isfinite(self._solver.scalars.numpy()[cg.LAST_SQUARE])),
+            resolved=resolved,
+            signorini=signorini,
+            coulomb=coulomb,
+        )

@@ -1,0 +1,35 @@
+"""What one step took."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class StepStatistics:
+    """What one step took.
+
+    Attributes:
+        iterations: of conjugate gradients, all contact passes together.
+        passes: active-set passes, 1 where no contact mode changed.
+        touching: nodes in contact.
+        converged: whether every linear solve reached its tolerance.
+        contact_converged: whether the active set settled.
+        finite: whether every velocity is a finite number.
+        resolved: whether rounding of the farthest node's position is less than the shortest edge at
+            rest; beyond it the shape is lost, though numbers are finite.
+        signorini: largest violation of Signorini's condition by a node, N: an impulse that pulls
+            at it, or the one that would stop it where it sinks, over dt (docs/contact.md).
+        coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
+            one that the law demands at its velocity and normal impulse, over dt.
+    """
+
+    iterations: int
+    passes: int
+    touching: int
+    converged: bool
+    contact_converged: bool
+    finite: bool
+    resolved: bool
+    signorini: float
+    coulomb: float
