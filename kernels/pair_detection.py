@@ -1,7 +1,9 @@
 """Surface nodes that face a triangle of another body, or of their own.
 
 One plane a node: the closest triangle whose outside looks at the node's own. Edges against edges
-are not looked for.
+are not looked for. Where the nodes of two flat surfaces meet the triangles of each other, half of
+these pairs would repeat the other half, and hold together what may shear: a node gives way where
+the corners of its triangle have partners as close.
 """
 
 from functools import cache
@@ -17,18 +19,22 @@ SUBJECT = "pair_detection"
 FACING = -0.2
 """Cosine between two outward normals above which their surfaces do not face each other."""
 
+AS_CLOSE = 0.02
+"""Part of an edge's length by which a node may be nearer than the corners that stand for it."""
+
 ASIDE = 0.05
 """Part of an edge's length by which a node may stand beside a triangle and yet over it."""
 
 
 @cache
 def make_pair_detection(precision: str) -> SimpleNamespace:
-    """Kernels ``follow`` and ``detect``."""
+    """Kernels ``follow``, ``detect`` and ``thin_out``."""
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     closest_weights = make_triangles(precision, SUBJECT).closest_weights
     facing, aside = wp.constant(scalar(FACING)), wp.constant(scalar(ASIDE))
+    as_close = wp.constant(scalar(AS_CLOSE))
 
     @kernel
     def follow(
@@ -82,10 +88,9 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         corners: wp.array(dtype=wp.vec3i),
         weights: wp.array(dtype=vec3),
         normals: wp.array(dtype=vec3),
-        least: wp.array(dtype=scalar),
-        modes: wp.array(dtype=int),
+        gaps: wp.array(dtype=scalar),
     ):
-        # lengths: mean edge, recovery speed. A node without a partner gets no corners and lifts.
+        # lengths: mean edge, recovery speed. A node without a partner gets no corners.
         c = wp.tid()
         i = surface_nodes[c]
         p = positions[i]
@@ -140,8 +145,48 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         corners[c] = found
         weights[c] = found_weights
         normals[c] = found_normal
-        least[c] = wp.min(-found_gap / dt, lengths[1])
-        if found[0] < 0:
+        gaps[c] = found_gap
+
+    @kernel
+    def thin_out(
+        # model
+        surface_nodes: wp.array(dtype=int),
+        slots: wp.array(dtype=int),
+        node_body: wp.array(dtype=int),
+        lengths: wp.array(dtype=scalar),
+        step_factors: wp.array(dtype=scalar),
+        # in
+        found: wp.array(dtype=wp.vec3i),
+        weights: wp.array(dtype=vec3),
+        gaps: wp.array(dtype=scalar),
+        # out
+        corners: wp.array(dtype=wp.vec3i),
+        least: wp.array(dtype=scalar),
+        modes: wp.array(dtype=int),
+    ):
+        # of two bodies the one named first gives way; in one body the higher number
+        c = wp.tid()
+        i = surface_nodes[c]
+        k = found[c]
+        least[c] = wp.min(-gaps[c] / step_factors[0], lengths[1])
+        if k[0] >= 0:
+            body = node_body[i]
+            covered = body < node_body[k[0]]
+            if body == node_body[k[0]]:
+                covered = i > k[0] and i > k[1] and i > k[2]
+            gap = scalar(0.0)
+            for a in range(3):
+                slot = slots[k[a]]
+                back = found[slot]
+                if back[0] < 0:
+                    covered = False
+                elif node_body[back[0]] != body:
+                    covered = False
+                gap += weights[c][a] * gaps[slot]
+            if covered and gap < gaps[c] + as_close * lengths[0]:
+                k = wp.vec3i(-1, -1, -1)
+        corners[c] = k
+        if k[0] < 0:
             modes[c] = 0
 
-    return SimpleNamespace(follow=follow, detect=detect)
+    return SimpleNamespace(follow=follow, detect=detect, thin_out=thin_out)

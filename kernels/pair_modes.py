@@ -21,7 +21,7 @@ from warp_softbody.kernels.contact import (
     STICK,
     TOUCHING,
 )
-from warp_softbody.kernels.pair_rows import SUBJECT, make_pair_rows
+from warp_softbody.kernels.pair_rows import DAMPING, SUBJECT, make_pair_rows
 from warp_softbody.kernels.precision import real
 
 
@@ -34,11 +34,20 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     vec2 = wp.types.vector(length=2, dtype=scalar)
     rows = make_pair_rows(precision)
     Pairs, Work, Freedom = rows.Pairs, rows.Work, rows.Freedom
-    relative, scatter, multipliers = rows.relative, rows.scatter, rows.multipliers
-    stiffen = rows.stiffen
+    relative, multipliers, stiffen = rows.relative, rows.multipliers, rows.stiffen
+    narrow = rows.narrow
+    damping = wp.constant(wp.float64(DAMPING))
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
     newton_passes = wp.constant(NEWTON_PASSES)
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
+
+    @func
+    def share(pairs: Pairs, c: int, impulse: vec3, out: wp.array(dtype=vec3)):
+        k, w, i = pairs.corners[c], pairs.weights[c], pairs.nodes[c]
+        out[i] = out[i] + impulse
+        out[k[0]] = out[k[0]] - w[0] * impulse
+        out[k[1]] = out[k[1]] - w[1] * impulse
+        out[k[2]] = out[k[2]] - w[2] * impulse
 
     @kernel
     def find_impulses(
@@ -63,15 +72,15 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             right_with_pairs[i] = right[i]
         for c in range(modes.shape[0]):
             impulses[c] = vec3()
-        stiffen(pairs, freedom, work, stiffness, scalar(-1.0), x, r)
-        multipliers(pairs, modes, freedom, work, r)
+        stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
+        multipliers(pairs, modes, freedom, work, r, damping)
         for row in range(pairs.count[0]):
             c = pairs.rows[row]
-            impulse = -work.y[row]
+            impulse = -narrow(work.y[row])
             if modes[c] == slide:
-                impulse += frictions[c] - stiffness[c] * relative(pairs, c, x)
+                impulse += frictions[c] - stiffness[c] * narrow(relative(pairs, c, x))
             impulses[c] = impulse
-            scatter(pairs, c, impulse, right_with_pairs)
+            share(pairs, c, impulse, right_with_pairs)
 
     @func
     def mobility(
@@ -139,7 +148,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         if give == scalar(0.0):
             return
         weight = scalar(1.0) / give
-        u = relative(pairs, c, x)
+        u = narrow(relative(pairs, c, x))
         impulse = impulses[c]
         normal_impulse = wp.dot(n, impulse)
         normal_speed = wp.dot(n, u)
@@ -211,7 +220,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             right_with_slip[i] = right[i] + ground_frictions[i]
         for c in range(modes.shape[0]):
             if modes[c] == slide:
-                scatter(pairs, c, frictions[c], right_with_slip)
+                share(pairs, c, frictions[c], right_with_slip)
 
     @kernel
     def conclude_pairs(

@@ -3,8 +3,10 @@
 Row p of C takes velocities to u_p = v_i - sum_k w_k v_k, the node's relative to the point of the
 triangle that it touches. A sticking pair gives all of u_p, a sliding one n . u_p. With S the
 projector of the ground's modes, the velocities left free are the null space of N C S (N = 1 or n
-n^T), and ``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The small system is solved to
-rounding by conjugate gradients of its own, in one thread: pairs are few beside nodes.
+n^T), and ``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The small system is solved by
+conjugate gradients of its own, in one thread and in double precision: pairs are few beside nodes,
+and rows that nearly repeat each other take most of single precision's digits. Where what is asked
+of such rows may contradict, a little is added to its diagonal.
 
 A sliding pair's friction adds a stiffness D to the matrix: C^T D C.
 """
@@ -27,18 +29,28 @@ MOST_ITERATIONS = 200
 """Of the small system; it takes a dozen."""
 
 
+ENOUGH = 1e-10
+"""Relative residual of the small system."""
+
+DAMPING = 1e-3
+"""Added to the small system's diagonal, whose entries lie between 1 and 2, where rows may
+contradict."""
+
+
 @cache
 def make_pair_rows(precision: str) -> SimpleNamespace:
     """Kernels that project vectors of nodes, and functions for the other kernels of pairs."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    project = cg.make_conjugate_gradients(precision).project
+    free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
     stick = wp.constant(STICK)
     lift = wp.constant(LIFT)
     most = wp.constant(MOST_ITERATIONS)
-    rounding = 1e-6 if precision == "float32" else 1e-14
-    enough = wp.constant(wp.float64(rounding * rounding))
+    vec3d = wp.vec3d
+    enough = wp.constant(wp.float64(ENOUGH * ENOUGH))
+    damping = wp.constant(wp.float64(DAMPING))
+    none = wp.constant(wp.float64(0.0))
 
     @wp.struct
     class Pairs:
@@ -52,11 +64,11 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
 
     @wp.struct
     class Work:
-        nodal: wp.array(dtype=vec3)
-        y: wp.array(dtype=vec3)
-        r: wp.array(dtype=vec3)
-        p: wp.array(dtype=vec3)
-        q: wp.array(dtype=vec3)
+        nodal: wp.array(dtype=vec3d)
+        y: wp.array(dtype=vec3d)
+        r: wp.array(dtype=vec3d)
+        p: wp.array(dtype=vec3d)
+        q: wp.array(dtype=vec3d)
 
     @wp.struct
     class Freedom:
@@ -64,58 +76,68 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         normals: wp.array(dtype=vec3)
 
     @func
-    def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):
-        k, w = pairs.corners[c], pairs.weights[c]
-        return v[pairs.nodes[c]] - (w[0] * v[k[0]] + w[1] * v[k[1]] + w[2] * v[k[2]])
+    def wide(v: vec3):
+        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
 
     @func
-    def scatter(pairs: Pairs, c: int, force: vec3, out: wp.array(dtype=vec3)):
-        k, w, i = pairs.corners[c], pairs.weights[c], pairs.nodes[c]
+    def narrow(v: vec3d):
+        return vec3(scalar(v[0]), scalar(v[1]), scalar(v[2]))
+
+    @func
+    def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):
+        k, w = pairs.corners[c], wide(pairs.weights[c])
+        other = w[0] * wide(v[k[0]]) + w[1] * wide(v[k[1]]) + w[2] * wide(v[k[2]])
+        return wide(v[pairs.nodes[c]]) - other
+
+    @func
+    def scatter(pairs: Pairs, c: int, force: vec3d, out: wp.array(dtype=vec3d)):
+        k, w, i = pairs.corners[c], wide(pairs.weights[c]), pairs.nodes[c]
         out[i] = out[i] + force
         out[k[0]] = out[k[0]] - w[0] * force
         out[k[1]] = out[k[1]] - w[1] * force
         out[k[2]] = out[k[2]] - w[2] * force
 
     @func
-    def clear(pairs: Pairs, c: int, out: wp.array(dtype=vec3)):
+    def clear(pairs: Pairs, c: int, out: wp.array(dtype=vec3d)):
         k = pairs.corners[c]
-        out[pairs.nodes[c]] = vec3()
-        out[k[0]] = vec3()
-        out[k[1]] = vec3()
-        out[k[2]] = vec3()
+        out[pairs.nodes[c]] = vec3d()
+        out[k[0]] = vec3d()
+        out[k[1]] = vec3d()
+        out[k[2]] = vec3d()
 
     @func
-    def filter(pairs: Pairs, c: int, freedom: Freedom, v: wp.array(dtype=vec3)):
-        # S at the nodes of a pair; a node of several pairs is filtered again to the same value
+    def left_free(freedom: Freedom, i: int, v: vec3d):
+        # S at a node
+        if freedom.kinds[i] == free:
+            return v
+        if freedom.kinds[i] == slides:
+            n = wide(freedom.normals[i])
+            return v - (wp.dot(n, v) / wp.dot(n, n)) * n
+        return vec3d()
+
+    @func
+    def filter(pairs: Pairs, c: int, freedom: Freedom, v: wp.array(dtype=vec3d)):
+        # a node of several pairs is filtered again to the same value
         k, i = pairs.corners[c], pairs.nodes[c]
-        v[i] = project(freedom.kinds[i], freedom.normals[i], v[i])
+        v[i] = left_free(freedom, i, v[i])
         for a in range(3):
-            j = k[a]
-            v[j] = project(freedom.kinds[j], freedom.normals[j], v[j])
+            v[k[a]] = left_free(freedom, k[a], v[k[a]])
 
     @func
-    def given(pairs: Pairs, c: int, mode: int, u: vec3):
+    def given(pairs: Pairs, c: int, mode: int, u: vec3d):
         if mode == stick:
             return u
-        n = pairs.normals[c]
-        return wp.dot(n, u) * n
-
-    @func
-    def double_dot(a: vec3, b: vec3):
-        return (
-            wp.float64(a[0]) * wp.float64(b[0])
-            + wp.float64(a[1]) * wp.float64(b[1])
-            + wp.float64(a[2]) * wp.float64(b[2])
-        )
+        n = wide(pairs.normals[c])
+        return (wp.dot(n, u) / wp.dot(n, n)) * n
 
     @func
     def apply(
         pairs: Pairs,
         modes: wp.array(dtype=int),
         freedom: Freedom,
-        x: wp.array(dtype=vec3),
-        nodal: wp.array(dtype=vec3),
-        out: wp.array(dtype=vec3),
+        x: wp.array(dtype=vec3d),
+        nodal: wp.array(dtype=vec3d),
+        out: wp.array(dtype=vec3d),
     ):
         # out = N C S C^T N x, and nodal = S C^T N x; x obeys N x = x
         count = pairs.count[0]
@@ -127,34 +149,43 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
             filter(pairs, pairs.rows[row], freedom, nodal)
         for row in range(count):
             c = pairs.rows[row]
-            out[row] = given(pairs, c, modes[c], relative(pairs, c, nodal))
+            k, w = pairs.corners[c], wide(pairs.weights[c])
+            other = w[0] * nodal[k[0]] + w[1] * nodal[k[1]] + w[2] * nodal[k[2]]
+            out[row] = given(pairs, c, modes[c], nodal[pairs.nodes[c]] - other)
 
     @func
-    def solve(pairs: Pairs, modes: wp.array(dtype=int), freedom: Freedom, work: Work):
-        # y of (N C S C^T N) y = r; r is used up; redundant rows share their part
+    def solve(
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        added: wp.float64,
+    ):
+        # y of (N C S C^T N + added) y = r; r is used up; redundant rows share their part
         count = pairs.count[0]
         square = wp.float64(0.0)
         for row in range(count):
-            work.y[row] = vec3()
+            work.y[row] = vec3d()
             work.p[row] = work.r[row]
-            square += double_dot(work.r[row], work.r[row])
+            square += wp.length_sq(work.r[row])
         stop = enough * square
         iteration = int(0)
         while square > stop and iteration < most:
             apply(pairs, modes, freedom, work.p, work.nodal, work.q)
             curvature = wp.float64(0.0)
             for row in range(count):
-                curvature += double_dot(work.p[row], work.q[row])
+                work.q[row] = work.q[row] + added * work.p[row]
+                curvature += wp.dot(work.p[row], work.q[row])
             iteration += 1
             if curvature > wp.float64(0.0):
-                alpha = scalar(square / curvature)
+                alpha = square / curvature
                 last = square
                 square = wp.float64(0.0)
                 for row in range(count):
                     work.y[row] = work.y[row] + alpha * work.p[row]
                     work.r[row] = work.r[row] - alpha * work.q[row]
-                    square += double_dot(work.r[row], work.r[row])
-                beta = scalar(square / last)
+                    square += wp.length_sq(work.r[row])
+                beta = square / last
                 for row in range(count):
                     work.p[row] = work.r[row] + beta * work.p[row]
             else:
@@ -167,19 +198,20 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         freedom: Freedom,
         work: Work,
         v: wp.array(dtype=vec3),
+        added: wp.float64,
     ):
-        # y of (N C S C^T N) y = N C v, for v = S v
+        # y of (N C S C^T N + added) y = N C v, for v = S v
         for row in range(pairs.count[0]):
             c = pairs.rows[row]
             work.r[row] = given(pairs, c, modes[c], relative(pairs, c, v))
-        solve(pairs, modes, freedom, work)
+        solve(pairs, modes, freedom, work, added)
 
     @func
     def remove(
         pairs: Pairs,
         freedom: Freedom,
         work: Work,
-        factor: scalar,
+        factor: wp.float64,
         v: wp.array(dtype=vec3),
     ):
         # v += factor S C^T y
@@ -194,12 +226,12 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         for row in range(count):
             c = pairs.rows[row]
             k, i = pairs.corners[c], pairs.nodes[c]
-            v[i] = v[i] + factor * work.nodal[i]
-            work.nodal[i] = vec3()
+            v[i] = narrow(wide(v[i]) + factor * work.nodal[i])
+            work.nodal[i] = vec3d()
             for a in range(3):
                 j = k[a]
-                v[j] = v[j] + factor * work.nodal[j]
-                work.nodal[j] = vec3()
+                v[j] = narrow(wide(v[j]) + factor * work.nodal[j])
+                work.nodal[j] = vec3d()
 
     @func
     def stiffen(
@@ -207,7 +239,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         freedom: Freedom,
         work: Work,
         stiffness: wp.array(dtype=mat33),
-        factor: scalar,
+        factor: wp.float64,
         x: wp.array(dtype=vec3),
         out: wp.array(dtype=vec3),
     ):
@@ -215,10 +247,10 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         total = wp.float64(0.0)
         for row in range(pairs.count[0]):
             c = pairs.rows[row]
-            u = relative(pairs, c, x)
+            u = narrow(relative(pairs, c, x))
             force = stiffness[c] * u
-            work.y[row] = force
-            total += double_dot(u, force)
+            work.y[row] = wide(force)
+            total += wp.dot(wide(u), work.y[row])
         remove(pairs, freedom, work, factor, out)
         return total
 
@@ -245,13 +277,15 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         # out
         x: wp.array(dtype=vec3),
     ):
-        # the nearest x that has the relative velocities given
-        for row in range(pairs.count[0]):
-            c = pairs.rows[row]
-            wanted = pairs.least[c] * pairs.normals[c]
-            work.r[row] = given(pairs, c, modes[c], wanted - relative(pairs, c, x))
-        solve(pairs, modes, freedom, work)
-        remove(pairs, freedom, work, scalar(1.0), x)
+        # the nearest x that has the relative velocities given; the second time takes off what the
+        # damping left
+        for _ in range(2):
+            for row in range(pairs.count[0]):
+                c = pairs.rows[row]
+                wanted = wide(pairs.least[c] * pairs.normals[c])
+                work.r[row] = given(pairs, c, modes[c], wanted - relative(pairs, c, x))
+            solve(pairs, modes, freedom, work, damping)
+            remove(pairs, freedom, work, wp.float64(1.0), x)
 
     @kernel
     def finish_residual(
@@ -268,12 +302,12 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     ):
         # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square
         if pairs.count[0] > 0:
-            stiffen(pairs, freedom, work, stiffness, scalar(-1.0), x, r)
-            multipliers(pairs, modes, freedom, work, r)
-            remove(pairs, freedom, work, scalar(-1.0), r)
+            stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
+            multipliers(pairs, modes, freedom, work, r, none)
+            remove(pairs, freedom, work, wp.float64(-1.0), r)
             total = wp.float64(0.0)
             for i in range(r.shape[0]):
-                total += double_dot(r[i], r[i])
+                total += wp.length_sq(wide(r[i]))
             for k in range(partial.shape[0]):
                 partial[k] = wp.float64(0.0)
             partial[0] = total
@@ -290,8 +324,8 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     ):
         # v = P v for v = S v
         if pairs.count[0] > 0:
-            multipliers(pairs, modes, freedom, work, v)
-            remove(pairs, freedom, work, scalar(-1.0), v)
+            multipliers(pairs, modes, freedom, work, v, none)
+            remove(pairs, freedom, work, wp.float64(-1.0), v)
 
     @kernel
     def finish_product(
@@ -308,10 +342,10 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     ):
         # q = P (M~ + C^T D C) p from S M~ p
         if pairs.count[0] > 0:
-            added = stiffen(pairs, freedom, work, stiffness, scalar(1.0), p, q)
+            added = stiffen(pairs, freedom, work, stiffness, wp.float64(1.0), p, q)
             partial[0] = partial[0] + added
-            multipliers(pairs, modes, freedom, work, q)
-            remove(pairs, freedom, work, scalar(-1.0), q)
+            multipliers(pairs, modes, freedom, work, q, none)
+            remove(pairs, freedom, work, wp.float64(-1.0), q)
 
     kernels: dict[str, Any] = {
         "list_rows": list_rows,
@@ -321,8 +355,9 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         "finish_product": finish_product,
     }
     functions = {
+        "wide": wide,
+        "narrow": narrow,
         "relative": relative,
-        "scatter": scatter,
         "multipliers": multipliers,
         "stiffen": stiffen,
     }

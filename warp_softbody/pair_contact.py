@@ -47,39 +47,44 @@ class PairDetection:
         self._points = model.array(mesh.points.astype(np.float32), wp.vec3f)
         self._tree: Any = wp.Mesh(self._points, model.array(owners, wp.int32))
         self._fastest = model.zeros(1, types.scalar)
-        lengths = [mean_edge(mesh.points, surface), model.options.recovery_speed]
-        self._constant = [
-            model.arrays["surface_nodes"],
-            model.array(body, wp.int32),
+        slots = np.full(model.node_count, -1, dtype=np.int32)
+        slots[mesh.surface_nodes] = np.arange(len(mesh.surface_nodes))
+        edge = mean_edge(mesh.points, surface)
+        nodes, count = model.arrays["surface_nodes"], len(mesh.surface_nodes)
+        bodies = model.array(body, wp.int32)
+        lengths = model.array([edge, model.options.recovery_speed], types.scalar)
+        step = model.arrays["step_factors"]
+        self._found = model.zeros(count, wp.vec3i)
+        self._gaps = model.zeros(count, types.scalar)
+        self._surface = [
+            nodes,
+            bodies,
             self._tree.id,
             model.array(surface, wp.vec3i),
             model.array(fan_start, wp.int32),
             model.array((order // 3).astype(np.int32), wp.int32),
             model.array(mesh.points, types.vec3),
-            model.array(lengths, types.scalar),
+            lengths,
             int(scene.self_contact),
-            model.arrays["step_factors"],
+            step,
         ]
+        self._sides = [nodes, model.array(slots, wp.int32), bodies, lengths, step]
 
-    def find(self, state: State, outputs: list[Any]) -> None:
-        """Corners, weights, normals, least speeds and modes of all surface nodes."""
-        device = self._model.options.device
+    def find(self, state: State, pairs: Any, modes: Any) -> None:
+        """Corners, weights, normals and least speeds of all pairs, and modes of none."""
         now = [state.positions, state.velocities]
-        wp.launch(
-            self._kernels.follow,
-            1,
-            inputs=now,
-            outputs=[self._points, self._fastest],
-            device=device,
-        )
+        self._launch(self._kernels.follow, 1, now, [self._points, self._fastest])
         self._tree.refit()
-        wp.launch(
-            self._kernels.detect,
-            len(self._model.body.mesh.surface_nodes),
-            inputs=[*self._constant, *now, self._fastest],
-            outputs=outputs,
-            device=device,
-        )
+        inputs = [*self._surface, *now, self._fastest]
+        outputs = [self._found, pairs.weights, pairs.normals, self._gaps]
+        self._launch(self._kernels.detect, len(self._gaps), inputs, outputs)
+        inputs = [*self._sides, self._found, pairs.weights, self._gaps]
+        outputs = [pairs.corners, pairs.least, modes]
+        self._launch(self._kernels.thin_out, len(self._gaps), inputs, outputs)
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
 
 
 class PairContact:
@@ -104,9 +109,9 @@ class PairContact:
         self._pairs.rows = model.zeros(count, wp.int32)
         self._pairs.count = model.zeros(1, wp.int32)
         self._work = self._rows.Work()
-        self._work.nodal = model.zeros(n, types.vec3)
+        self._work.nodal = model.zeros(n, wp.vec3d)
         for name in "yrpq":
-            setattr(self._work, name, model.zeros(count, types.vec3))
+            setattr(self._work, name, model.zeros(count, wp.vec3d))
         self._freedom = self._rows.Freedom()
         self._freedom.kinds, self._freedom.normals = kinds, normals
         self._right = model.zeros(n, types.vec3)
@@ -121,8 +126,7 @@ class PairContact:
 
     def find(self, state: State, pairs: PairStates) -> None:
         """The pairs of a step, from where it starts; a node that has none lifts."""
-        p = self._pairs
-        self._detection.find(state, [p.corners, p.weights, p.normals, p.least, pairs.modes])
+        self._detection.find(state, self._pairs, pairs.modes)
 
     def _shared(self, pairs: PairStates) -> list[Any]:
         return [self._pairs, pairs.modes, self._freedom, self._work]
