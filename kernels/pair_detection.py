@@ -90,7 +90,7 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         normals: wp.array(dtype=vec3),
         gaps: wp.array(dtype=scalar),
     ):
-        # lengths: mean edge, recovery speed. A node without a partner gets no corners.
+        # lengths: mean edge of the finest body, recovery speed. A node without a partner gets no corners.
         c = wp.tid()
         i = surface_nodes[c]
         p = positions[i]

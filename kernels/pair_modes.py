@@ -35,7 +35,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     rows = make_pair_rows(precision)
     Pairs, Work, Freedom = rows.Pairs, rows.Work, rows.Freedom
     relative, multipliers, stiffen = rows.relative, rows.multipliers, rows.stiffen
-    narrow = rows.narrow
+    narrow, remove = rows.narrow, rows.remove
     damping = wp.constant(wp.float64(DAMPING))
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
     newton_passes = wp.constant(NEWTON_PASSES)
@@ -73,10 +73,15 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         for c in range(modes.shape[0]):
             impulses[c] = vec3()
         stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
-        multipliers(pairs, modes, freedom, work, r, damping)
+        # the second time takes off what the damping left
+        for _ in range(2):
+            multipliers(pairs, modes, freedom, work, r, damping)
+            for row in range(pairs.count[0]):
+                impulses[pairs.rows[row]] = impulses[pairs.rows[row]] - narrow(work.y[row])
+            remove(pairs, freedom, work, wp.float64(-1.0), r)
         for row in range(pairs.count[0]):
             c = pairs.rows[row]
-            impulse = -narrow(work.y[row])
+            impulse = impulses[c]
             if modes[c] == slide:
                 impulse += frictions[c] - stiffness[c] * narrow(relative(pairs, c, x))
             impulses[c] = impulse

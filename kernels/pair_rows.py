@@ -359,6 +359,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         "narrow": narrow,
         "relative": relative,
         "multipliers": multipliers,
+        "remove": remove,
         "stiffen": stiffen,
     }
     return SimpleNamespace(Pairs=Pairs, Work=Work, Freedom=Freedom, **kernels, **functions)

@@ -21,14 +21,16 @@ class ContactMode(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSample:
-    """Touching nodes of one frame.
+    """Touching nodes of one frame: of the ground, and of other surfaces.
 
     Attributes:
+        nodes: (k,) int32, which touch; one that touches both stands twice.
         points: (k, 3) m.
         modes: (k,) int32, values of ContactMode.
-        forces: (k, 3) N, from the ground onto the body.
+        forces: (k, 3) N, onto the node.
     """
 
+    nodes: npt.NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     points: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     modes: npt.NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     forces: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))

@@ -49,7 +49,8 @@ class PairDetection:
         self._fastest = model.zeros(1, types.scalar)
         slots = np.full(model.node_count, -1, dtype=np.int32)
         slots[mesh.surface_nodes] = np.arange(len(mesh.surface_nodes))
-        edge = mean_edge(mesh.points, surface)
+        # the finest body's, so that no search reaches through a body
+        edge = min(mean_edge(c.mesh.points, c.mesh.surface) for c in scene.characters)
         nodes, count = model.arrays["surface_nodes"], len(mesh.surface_nodes)
         bodies = model.array(body, wp.int32)
         lengths = model.array([edge, model.options.recovery_speed], types.scalar)

@@ -16,7 +16,7 @@ from warp_softbody.frame import ContactMode, ContactSample, Frame
 from warp_softbody.model import build_model
 from warp_softbody.options import SimulationOptions
 from warp_softbody.scene import Scene
-from warp_softbody.state import SLACK, Contacts, Control, State
+from warp_softbody.state import SLACK, Contacts, Control, PairStates, State
 from warp_softbody.statistics import MeanSpread, RunSummary, StepLog
 from warp_softbody.stepper import Stepper
 from warp_softbody.view import BodyView
@@ -243,14 +243,17 @@ class Simulation:
         return frame
 
     def _touching(self, positions: FloatArray) -> ContactSample:
-        if not self.model.contact_count:
-            return ContactSample()
-        modes = self._contacts.modes.numpy()
+        surface = self.model.body.mesh.surface_nodes
+        states: list[Contacts | PairStates] = [self._contacts] if self.model.contact_count else []
+        states += [self._contacts.pairs] if self._contacts.pairs is not None else []
+        modes = np.concatenate([state.modes.numpy() for state in states] or [np.zeros(0, int)])
+        impulses = np.concatenate([s.impulses.numpy() for s in states] or [np.zeros((0, 3))])
         chosen = modes != ContactMode.LIFT
-        nodes = self.model.body.mesh.surface_nodes[chosen]
-        impulses = self._contacts.impulses.numpy()[chosen].astype(np.float64)
+        nodes = np.tile(surface, len(states))[chosen]
         return ContactSample(
+            nodes=nodes.astype(np.int32),
             points=positions[nodes],
-            modes=modes[chosen].astype(np.int32),
-            forces=impulses / self.model.options.time_step,
+            # the places of a polygon of friction are all sliding
+            modes=np.minimum(modes[chosen], ContactMode.SLIDE).astype(np.int32),
+            forces=impulses[chosen].astype(np.float64) / self.model.options.time_step,
         )
