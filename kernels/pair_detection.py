@@ -26,15 +26,19 @@ ASIDE = 0.05
 """Part of an edge's length by which a node may stand beside a triangle and yet over it."""
 
 
+THICKEST = 3.0
+"""Thickness of a limb, in mean edges, up to which its sides are not taken for surfaces that met."""
+
+
 @cache
 def make_pair_detection(precision: str) -> SimpleNamespace:
-    """Kernels ``follow``, ``detect`` and ``thin_out``."""
+    """Kernels ``follow``, ``find_normals``, ``detect`` and ``thin_out``, in this order."""
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     closest_weights = make_triangles(precision, SUBJECT).closest_weights
     facing, aside = wp.constant(scalar(FACING)), wp.constant(scalar(ASIDE))
-    as_close = wp.constant(scalar(AS_CLOSE))
+    as_close, thickest = wp.constant(scalar(AS_CLOSE)), wp.constant(scalar(THICKEST))
 
     @kernel
     def follow(
@@ -57,15 +61,33 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
     def crossed(k: wp.vec3i, points: wp.array(dtype=vec3)):
         return wp.cross(points[k[1]] - points[k[0]], points[k[2]] - points[k[0]])
 
+    @kernel
+    def find_normals(
+        # model
+        faces: wp.array(dtype=wp.vec3i),
+        # in
+        positions: wp.array(dtype=vec3),
+        # out
+        face_normals: wp.array(dtype=vec3),
+    ):
+        # twice the area long
+        face = wp.tid()
+        face_normals[face] = crossed(faces[face], positions)
+
     @func
     def blend(k: wp.vec3i, weights: vec3, points: wp.array(dtype=vec3)):
         return weights[0] * points[k[0]] + weights[1] * points[k[1]] + weights[2] * points[k[2]]
 
     @func
-    def near_at_rest(i: int, k: wp.vec3i, near: scalar, rest: wp.array(dtype=vec3)):
+    def joined(i: int, k: wp.vec3i, distance: scalar, edge: scalar, rest: wp.array(dtype=vec3)):
+        # what has always been about as near is a notch; what has always been a little behind the
+        # face is the other side of a limb
         p = rest[i]
         weights = closest_weights(rest[k[0]], rest[k[1]], rest[k[2]], p)
-        return wp.length(p - blend(k, weights, rest)) < near
+        away = p - blend(k, weights, rest)
+        behind = wp.dot(crossed(k, rest), away) <= scalar(0.0)
+        far = wp.length(away)
+        return far < scalar(2.0) * distance or (behind and far < thickest * edge)
 
     @kernel
     def detect(
@@ -84,23 +106,25 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         positions: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
         fastest: wp.array(dtype=scalar),
+        face_normals: wp.array(dtype=vec3),
         # out
         corners: wp.array(dtype=wp.vec3i),
         weights: wp.array(dtype=vec3),
         normals: wp.array(dtype=vec3),
         gaps: wp.array(dtype=scalar),
     ):
-        # lengths: mean edge of the finest body, recovery speed. A node without a partner gets no corners.
+        # lengths: mean edge of the finest body, recovery speed, how deep a node may be. A node
+        # without a partner gets no corners.
         c = wp.tid()
         i = surface_nodes[c]
         p = positions[i]
         edge = lengths[0]
         dt = step_factors[0]
         margin = dt * (fastest[0] + wp.length(velocities[i])) + aside * edge
-        depth = edge
+        depth = lengths[2]
         own = vec3()
         for f in range(fan_start[c], fan_start[c + 1]):
-            own += crossed(faces[fan_faces[f]], positions)
+            own += face_normals[fan_faces[f]]
         own = wp.normalize(own)
         reach = wp.float32(wp.max(margin, depth))
         middle = wp.vec3f(wp.float32(p[0]), wp.float32(p[1]), wp.float32(p[2]))
@@ -113,13 +137,15 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         found_normal = vec3()
         found_gap = scalar(0.0)
         while wp.mesh_query_aabb_next(query, face):
+            # most faces around a node are its own body's and look the same way
+            n = face_normals[face]
+            usable = wp.dot(n, own) < facing * wp.length(n)
             k = faces[face]
-            usable = k[0] != i and k[1] != i and k[2] != i
             same = node_body[k[0]] == node_body[i]
-            if same and self_contact == 0:
+            if same and (self_contact == 0 or k[0] == i or k[1] == i or k[2] == i):
                 usable = False
             if usable:
-                n = wp.normalize(crossed(k, positions))
+                n = wp.normalize(n)
                 w = closest_weights(positions[k[0]], positions[k[1]], positions[k[2]], p)
                 away = p - blend(k, w, positions)
                 gap = wp.dot(n, away)
@@ -134,8 +160,7 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
                 usable = usable and wp.dot(n, own) < facing
                 usable = usable and gap < margin and gap > -depth
                 if usable and same:
-                    near = wp.max(scalar(1.5) * edge, scalar(2.0) * distance)
-                    usable = not near_at_rest(i, k, near, rest)
+                    usable = not joined(i, k, distance, edge, rest)
                 if usable and distance < best:
                     best = distance
                     found = k
@@ -189,4 +214,6 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         if k[0] < 0:
             modes[c] = 0
 
-    return SimpleNamespace(follow=follow, detect=detect, thin_out=thin_out)
+    return SimpleNamespace(
+        follow=follow, find_normals=find_normals, detect=detect, thin_out=thin_out
+    )

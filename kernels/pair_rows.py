@@ -29,8 +29,8 @@ MOST_ITERATIONS = 200
 """Of the small system; it takes a dozen."""
 
 
-ENOUGH = 1e-10
-"""Relative residual of the small system."""
+ENOUGH = {"float32": 1e-8, "float64": 1e-13}
+"""Relative residual of the small system; a little less than rounding of what it projects."""
 
 DAMPING = 1e-3
 """Added to the small system's diagonal, whose entries lie between 1 and 2, where rows may
@@ -48,7 +48,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     lift = wp.constant(LIFT)
     most = wp.constant(MOST_ITERATIONS)
     vec3d = wp.vec3d
-    enough = wp.constant(wp.float64(ENOUGH * ENOUGH))
+    enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
     damping = wp.constant(wp.float64(DAMPING))
     none = wp.constant(wp.float64(0.0))
 

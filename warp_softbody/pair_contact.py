@@ -18,6 +18,14 @@ from warp_softbody.topology import starts
 IntArray = npt.NDArray[np.int32]
 
 
+DEEPEST = 1.0
+"""Part of an edge's length by which a node may be inside of a body and find its way out; bodies may
+be placed so."""
+
+DEEPEST_OF_ITSELF = 0.3
+"""The same where a body can only touch itself, which it does not do at the start."""
+
+
 def mean_edge(points: npt.NDArray[np.float64], surface: IntArray) -> float:
     """Mean length of the edges of triangles, m."""
     corners = points[surface]
@@ -53,15 +61,18 @@ class PairDetection:
         edge = min(mean_edge(c.mesh.points, c.mesh.surface) for c in scene.characters)
         nodes, count = model.arrays["surface_nodes"], len(mesh.surface_nodes)
         bodies = model.array(body, wp.int32)
-        lengths = model.array([edge, model.options.recovery_speed], types.scalar)
+        depth = (DEEPEST if scene.others else DEEPEST_OF_ITSELF) * edge
+        lengths = model.array([edge, model.options.recovery_speed, depth], types.scalar)
         step = model.arrays["step_factors"]
+        self._faces = model.array(surface, wp.vec3i)
+        self._normals = model.zeros(len(surface), types.vec3)
         self._found = model.zeros(count, wp.vec3i)
         self._gaps = model.zeros(count, types.scalar)
         self._surface = [
             nodes,
             bodies,
             self._tree.id,
-            model.array(surface, wp.vec3i),
+            self._faces,
             model.array(fan_start, wp.int32),
             model.array((order // 3).astype(np.int32), wp.int32),
             model.array(mesh.points, types.vec3),
@@ -76,7 +87,9 @@ class PairDetection:
         now = [state.positions, state.velocities]
         self._launch(self._kernels.follow, 1, now, [self._points, self._fastest])
         self._tree.refit()
-        inputs = [*self._surface, *now, self._fastest]
+        inputs = [self._faces, state.positions]
+        self._launch(self._kernels.find_normals, len(self._faces), inputs, [self._normals])
+        inputs = [*self._surface, *now, self._fastest, self._normals]
         outputs = [self._found, pairs.weights, pairs.normals, self._gaps]
         self._launch(self._kernels.detect, len(self._gaps), inputs, outputs)
         inputs = [*self._sides, self._found, pairs.weights, self._gaps]

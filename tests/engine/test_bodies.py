@@ -52,7 +52,8 @@ def test_each_body_moves_as_if_alone(options: dict[str, Any]) -> None:
     precision: Precision = options["precision"]
     first, second = block("a", SOFT, (0.0, 0.0, 0.01)), block("b", STIFF, (2.0, 0.0, 0.05))
     thrown = (0.5, 0.0, 0.3)
-    ground = Plane(friction=0.4)
+    # friction obeys its law by 5 % only while sliding speeds change (docs/contact.md)
+    ground = Plane(friction=0.0)
     tolerance = {"tolerance": 1e-10 if precision == "float64" else 1e-6}
     both, speeds = end_of(
         Scene(character=first, others=(Body(character=second, velocity=thrown),), ground=ground),
