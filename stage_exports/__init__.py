@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from warp_softbody.stage_exports.measures import Measures, measure
     from warp_softbody.stage_exports.movie import Movie
     from warp_softbody.stage_exports.picture import draw_picture
-    from warp_softbody.stage_exports.reader import Take, read_take
+    from warp_softbody.stage_exports.reader import Take, body_names, read_take
     from warp_softbody.stage_exports.sheet import draw_take, take_bounds
     from warp_softbody.stage_exports.validation import validate
     from warp_softbody.stage_exports.writer import StageWriter
@@ -23,6 +23,7 @@ _HOMES = {
     "Movie": "movie",
     "StageWriter": "writer",
     "Take": "reader",
+    "body_names": "reader",
     "draw_picture": "picture",
     "draw_take": "sheet",
     "measure": "measures",
@@ -37,6 +38,7 @@ __all__ = [
     "Movie",
     "StageWriter",
     "Take",
+    "body_names",
     "draw_picture",
     "draw_take",
     "measure",

@@ -1,4 +1,4 @@
-"""The ground in a picture: a fine grid, the body's soft shadow, and a fade into the backdrop."""
+"""The ground in a picture: a fine grid, the bodies' soft shadow, and a fade into the backdrop."""
 
 from __future__ import annotations
 
@@ -41,18 +41,25 @@ class FloorRays(NamedTuple):
 
 
 class Floor:
-    """A plane with a grid that fades into the backdrop away from where the body starts."""
+    """A plane with a grid that fades into the backdrop away from where the bodies start."""
 
-    def __init__(self, plane: Plane, rest: FloatArray) -> None:
-        """Lay the grid along x and y, or what comes closest on a slope."""
+    def __init__(self, plane: Plane, rest: FloatArray, size: float) -> None:
+        """Lay the grid along x and y, or what comes closest on a slope.
+
+        Args:
+            plane: where it lies.
+            rest: (k, 3) m, points of all bodies.
+            size: diagonal of the largest body, m.
+        """
         self.normal = np.array(plane.normal)
         self.offset = plane.offset
-        self.size = float(np.linalg.norm(np.ptp(rest, axis=0)))
+        self.size = size
         helper = np.array([0.0, 1.0, 0.0])
         if abs(self.normal[1]) > 0.9:
             helper = np.array([0.0, 0.0, 1.0])
         first = normalized(np.cross(helper, self.normal))
         self.axes = np.stack([first, np.cross(self.normal, first)])
+        self._reach = float(np.linalg.norm(np.ptp(rest, axis=0)))
         self._middle = (rest @ self.axes.T).mean(axis=0)
         self._spacing = grid_spacing(self.size)
 
@@ -63,7 +70,7 @@ class Floor:
         hit = (down > 1e-6) & (height > 0.0)
         distance = np.divide(height, down, out=np.full(len(down), np.inf), where=hit)
         flat = (eye + distance[hit, None] * directions[hit]) @ self.axes.T
-        away = np.linalg.norm(flat - self._middle, axis=1) / self.size
+        away = np.linalg.norm(flat - self._middle, axis=1) / self._reach
         fade = np.clip((away - 1.5) / 5.0, 0.0, 1.0)[:, None]
         fade = fade * fade * (3.0 - 2.0 * fade)
         # Seen at a slant, a pixel covers more ground along the view than across it.
@@ -96,10 +103,10 @@ class Floor:
 
 
 class FloorLight:
-    """The light that one pose lets through to the floor, measured on a square around the body."""
+    """The light that one pose lets through to the floor, measured on a square around the bodies."""
 
     def __init__(self, floor: Floor, body: Caster, skin: FloatArray) -> None:
-        """Cast the body's shadow."""
+        """Cast the shadow."""
         flat = skin @ floor.axes.T
         self._middle = (flat.min(axis=0) + flat.max(axis=0)) / 2.0
         self._half = 0.5 * float(np.ptp(flat, axis=0).max()) + 1.2 * floor.size

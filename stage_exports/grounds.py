@@ -20,7 +20,7 @@ _TYPES = Sdf.ValueTypeNames
 
 
 def define_ground(stage: Any, scene: Scene, ground: Ground, material: Any) -> None:
-    """A large square of a plane under the body, or the triangles of any other ground."""
+    """A large square of a plane under the bodies, or the triangles of any other ground."""
     points, faces = _surface(scene, ground)
     mesh = UsdGeom.Mesh.Define(stage, conventions.GROUND)
     stored = values.vectors(points)
@@ -93,8 +93,8 @@ def _numbers(ground: Ground) -> list[tuple[str, Any, Any]]:
 
 
 def _square(scene: Scene, plane: Plane) -> FloatArray:
-    """Corners, counter-clockwise seen from above, around the body's shadow on the plane."""
-    points = np.asarray(scene.character.mesh.points)
+    """Corners, counter-clockwise seen from above, around the bodies' shadow on the plane."""
+    points = np.asarray(scene.whole.mesh.points)
     normal = np.array(plane.normal)
     middle = points.mean(axis=0)
     middle -= (middle @ normal - plane.offset) * normal

@@ -18,7 +18,7 @@ class Layout:
     Attributes:
         skin_nodes: (k,) mesh node behind each point of the skin, ascending.
         skin_faces: (f, 3) triangles over skin points, outward.
-        segment_ends: (s, 2) rows of Frame.fiber_points that each muscle segment joins.
+        segment_ends: (s, 2) rows of the character's fibre points that each muscle segment joins.
         fiber_vertices: (p, 3) m, vertices of all fibres at rest.
     """
 

@@ -13,9 +13,9 @@ import numpy.typing as npt
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
 from warp_softbody.stage_exports.conventions import checked_target
-from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.stage_exports.picture import Size, checked_aspect, imageio
 from warp_softbody.stage_exports.render import Renderer
 from warp_softbody.stage_exports.subject import Pose, Subject
@@ -53,17 +53,18 @@ class Movie:
         aspect = checked_aspect(size)
         if self._target.suffix.lower() == ".mp4" and (size[0] % 2 or size[1] % 2):
             raise InputError(f"an .mp4 needs an even width and height, got {size!r}")
-        self._layout = Layout.of(scene.character)
-        box = start_box(scene.character.mesh.points) if bounds is None else bounds
+        self._bodies = staged_bodies(scene)
+        box = start_box(scene.whole.mesh.points) if bounds is None else bounds
         camera = Camera.framing(*box, aspect=aspect)
-        self._renderer = Renderer(Subject.of_scene(scene, self._layout), camera, size)
+        subject = Subject.of_bodies(self._bodies, scene.ground)
+        self._renderer = Renderer(subject, camera, size)
         self._temporary = self._target.with_name(f".writing.{self._target.name}")
         self._fps = float(fps)
         self._writer: Any = None
 
     def write(self, frame: Frame) -> None:
         """Draw a frame and add it."""
-        image = self._renderer.draw(Pose.of_frame(frame, self._layout))
+        image = self._renderer.draw(Pose.of_frame(frame, self._bodies))
         try:
             if self._writer is None:
                 self._writer = _open_writer(self._temporary, self._fps)

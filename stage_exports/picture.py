@@ -9,9 +9,9 @@ from typing import Any
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
 from warp_softbody.stage_exports.conventions import checked_target
-from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.stage_exports.render import Image, Renderer
 from warp_softbody.stage_exports.subject import Pose, Subject
 
@@ -31,10 +31,10 @@ def draw_picture(
         size: width and height, pixels.
     """
     target = checked_target(path, extensions=(".png",))
-    layout = Layout.of(scene.character)
+    bodies = staged_bodies(scene)
     camera = Camera.framing(*start_box(frame.positions), aspect=checked_aspect(size))
-    renderer = Renderer(Subject.of_scene(scene, layout), camera, size)
-    save_png(target, renderer.draw(Pose.of_frame(frame, layout)))
+    renderer = Renderer(Subject.of_bodies(bodies, scene.ground), camera, size)
+    save_png(target, renderer.draw(Pose.of_frame(frame, bodies)))
     return target
 
 

@@ -1,4 +1,4 @@
-"""The body's prims without their motion: skin, tets, fibres and contacts in the rest pose."""
+"""A body's prims without their motion: skin, tets, fibres and contacts in the rest pose."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade
 
-from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import conventions, values
-from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.palette import activation_colors
 
 # Drawn widths, as parts of the diagonal of the body's box.
@@ -17,51 +16,47 @@ _FIBER_WIDTH = 0.010
 _CONTACT_WIDTH = 0.018
 
 
-def define_body(stage: Any, scene: Scene, layout: Layout, material: Any) -> None:
-    """Author the character's prim with what it has; no muscles, no fibres."""
-    character = scene.character
-    path = conventions.character_path(character.name)
-    body = UsdGeom.Xform.Define(stage, path)
-    Usd.ModelAPI(body).SetKind(Kind.Tokens.component)
-    skin = _define_skin(stage, f"{path}/{conventions.SKIN}", scene, layout)
+def define_body(stage: Any, body: StagedBody, material: Any) -> None:
+    """Author a body's prim with what it has; no muscles, no fibres."""
+    path = conventions.character_path(body.character.name)
+    model = UsdGeom.Xform.Define(stage, path)
+    Usd.ModelAPI(model).SetKind(Kind.Tokens.component)
+    skin = _define_skin(stage, f"{path}/{conventions.SKIN}", body)
     shown = [skin]
-    _define_tets(stage, f"{path}/{conventions.TETS}", scene)
-    if character.segment_count:
-        shown.append(_define_fibers(stage, f"{path}/{conventions.FIBERS}", scene, layout))
-    if scene.ground is not None:
+    _define_tets(stage, f"{path}/{conventions.TETS}", body)
+    if body.character.segment_count:
+        shown.append(_define_fibers(stage, f"{path}/{conventions.FIBERS}", body))
+    if body.touches:
         shown.append(_define_contacts(stage, f"{path}/{conventions.CONTACTS}"))
     for prim in shown:
         UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
 
 
-def fiber_width(scene: Scene) -> float:
+def fiber_width(body: StagedBody) -> float:
     """Width of a drawn fibre, m."""
-    return _FIBER_WIDTH * _diagonal(scene)
+    return _FIBER_WIDTH * body.size
 
 
-def contact_width(scene: Scene) -> float:
+def contact_width(body: StagedBody) -> float:
     """Width of a drawn contact, m."""
-    return _CONTACT_WIDTH * _diagonal(scene)
+    return _CONTACT_WIDTH * body.size
 
 
-def _diagonal(scene: Scene) -> float:
-    return float(np.linalg.norm(np.ptp(scene.character.mesh.points, axis=0)))
-
-
-def _define_skin(stage: Any, path: str, scene: Scene, layout: Layout) -> Any:
+def _define_skin(stage: Any, path: str, body: StagedBody) -> Any:
+    layout = body.layout
     skin = UsdGeom.Mesh.Define(stage, path)
-    points = values.vectors(scene.character.mesh.points[layout.skin_nodes])
+    points = values.vectors(body.character.mesh.points[layout.skin_nodes])
     skin.CreatePointsAttr(points)
     skin.CreateExtentAttr(values.extent(points))
     skin.CreateFaceVertexCountsAttr(values.integers(np.full(len(layout.skin_faces), 3)))
     skin.CreateFaceVertexIndicesAttr(values.integers(layout.skin_faces))
     skin.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    skin.CreateDisplayColorAttr([Gf.Vec3f(*scene.character.color)])
+    skin.CreateDisplayColorAttr([Gf.Vec3f(*body.character.color)])
     return skin
 
 
-def _define_tets(stage: Any, path: str, scene: Scene) -> Any:
-    mesh = scene.character.mesh
+def _define_tets(stage: Any, path: str, body: StagedBody) -> Any:
+    mesh = body.character.mesh
     tets = UsdGeom.TetMesh.Define(stage, path)
     points = values.vectors(mesh.points)
     tets.CreatePointsAttr(points)
@@ -73,11 +68,12 @@ def _define_tets(stage: Any, path: str, scene: Scene) -> Any:
     return tets
 
 
-def _define_fibers(stage: Any, path: str, scene: Scene, layout: Layout) -> Any:
+def _define_fibers(stage: Any, path: str, body: StagedBody) -> Any:
     """One two-point curve a segment, so that a uniform primvar is one value a segment."""
+    layout = body.layout
     fibers = UsdGeom.BasisCurves.Define(stage, path)
     points = values.vectors(layout.fiber_vertices[layout.segment_ends.reshape(-1)])
-    width = fiber_width(scene)
+    width = fiber_width(body)
     slack = np.ones(len(layout.segment_ends))
     fibers.CreateTypeAttr(UsdGeom.Tokens.linear)
     fibers.CreateWrapAttr(UsdGeom.Tokens.nonperiodic)

@@ -21,11 +21,11 @@ from warp_softbody.stage_exports.grounds import read_ground
 
 @dataclass(frozen=True, kw_only=True)
 class Take:
-    """A motion in NumPy; all lengths as stored, in single precision, widened to float64.
+    """One body's motion in NumPy; lengths as stored, in single precision, widened to float64.
 
     Attributes:
-        name: of the character.
-        color: of the character, linear RGB.
+        name: of the body.
+        color: of the body, linear RGB.
         fps: time codes per second.
         times: (f,) s.
         rest: (n, 3) m, rest positions of the nodes.
@@ -37,7 +37,8 @@ class Take:
         skin_faces: (t, 3) indices of skin points.
         fiber_points: (f, s, 2, 3) m, both ends of each muscle segment.
         activations: (f, s) l_d / l_0.
-        contacts: touching nodes, one sample a frame; empty ones without a ground.
+        contacts: touching nodes, one sample a frame, without their numbers; empty ones where
+            there is nothing to touch.
         ground: what it moved on, or None.
         metadata: what the writer was given.
     """
@@ -64,10 +65,36 @@ class Take:
         return len(self.times)
 
 
-def read_take(path: str | Path) -> Take:
-    """Read a file that StageWriter wrote; any other is refused in one sentence."""
+def read_take(path: str | Path, name: str | None = None) -> Take:
+    """Read one body of a file that StageWriter wrote; any other is refused in one sentence.
+
+    Args:
+        path: the stage.
+        name: of the body; None for the first, the scene's character.
+    """
     stage = open_stage(path)
-    body = _character(stage, path)
+    bodies = {body.GetName(): body for body in _bodies(stage, path)}
+    if name is None:
+        return _take(stage, next(iter(bodies.values())), path)
+    if name not in bodies:
+        raise InputError(f"{str(path)!r} holds no body {name!r}; it holds: {', '.join(bodies)}")
+    return _take(stage, bodies[name], path)
+
+
+def read_takes(path: str | Path) -> tuple[Take, ...]:
+    """All bodies of a stage, in the order of `body_names`."""
+    stage = open_stage(path)
+    return tuple(_take(stage, body, path) for body in _bodies(stage, path))
+
+
+def body_names(path: str | Path) -> tuple[str, ...]:
+    """Names of the bodies of a stage, the scene's character first."""
+    # a prim ends with its stage
+    stage = open_stage(path)
+    return tuple(body.GetName() for body in _bodies(stage, path))
+
+
+def _take(stage: Any, body: Any, path: str | Path) -> Take:
     skin, tets = (body.GetChild(name) for name in (conventions.SKIN, conventions.TETS))
     codes = tets.GetAttribute("points").GetTimeSamples()
     if not codes:
@@ -105,21 +132,19 @@ def open_stage(path: str | Path) -> Any:
     return Usd.Stage.Open(layer)
 
 
-def character_prim(stage: Any) -> Any | None:
-    """The one prim of the world that has a skin and tets, or None."""
+def body_prims(stage: Any) -> list[Any]:
+    """The prims of the world that have a skin and tets, in the order they were written."""
     world = stage.GetPrimAtPath(conventions.WORLD)
     children = world.GetChildren() if world else []
-    for prim in children:
-        if prim.GetChild(conventions.SKIN) and prim.GetChild(conventions.TETS):
-            return prim
-    return None
+    needed = (conventions.SKIN, conventions.TETS)
+    return [prim for prim in children if all(prim.GetChild(name) for name in needed)]
 
 
-def _character(stage: Any, path: str | Path) -> Any:
-    body = character_prim(stage)
-    if body is None:
+def _bodies(stage: Any, path: str | Path) -> list[Any]:
+    bodies = body_prims(stage)
+    if not bodies:
         raise InputError(f"{str(path)!r} holds no character with a skin and tets")
-    return body
+    return bodies
 
 
 def _value(prim: Any, name: str, code: float | None = None) -> Any:

@@ -1,4 +1,4 @@
-"""From a pose to pixels: floor first, then the body where it can be, then finer edges."""
+"""From a pose to pixels: floor first, then the bodies where they can be, then finer edges."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Image = npt.NDArray[np.uint8]
 # Where colours jump, a pixel is the mean of rays through a rotated grid inside it.
 _FINE = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]]) - 0.5
 _EDGE_STEP = 0.04
-# Pixels around the body's outline that are still searched for it: fibres may stand out a little.
+# Pixels around the bodies' outline that are still searched for it: fibres may stand out a little.
 _BORDER = 8
 
 
@@ -33,7 +33,9 @@ class Renderer:
         self._width, self._height = size
         self._pixel = 2.0 * np.tan(np.radians(camera.vertical_field) / 2.0) / self._height
         self._normals = CornerNormals(subject.rest, subject.faces)
-        self._floor = None if subject.ground is None else make_floor(subject.ground, subject.rest)
+        self._floor = None
+        if subject.ground is not None:
+            self._floor = make_floor(subject.ground, subject.rest, subject.size)
         self._rows, self._columns = np.divmod(np.arange(self._width * self._height), self._width)
         self._directions = self._through(self._rows, self._columns)
         self._rays = self._see_floor(self._directions)
@@ -85,7 +87,7 @@ class Renderer:
         return self._floor.see(self._camera.eye, directions, self._pixel)
 
     def _around(self, pose: Pose) -> npt.NDArray[np.intp]:
-        """Pixels of the rectangle around the body; all of them when it reaches behind the eye."""
+        """Pixels of the rectangle around the bodies; all of them if one reaches behind the eye."""
         right, up = self._camera.axes
         away = np.concatenate([pose.skin, pose.segments.reshape(-1, 3)]) - self._camera.eye
         depth = away @ self._camera.forward

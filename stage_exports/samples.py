@@ -9,9 +9,8 @@ import numpy as np
 from pxr import Sdf
 
 from warp_softbody.frame import Frame
-from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import conventions, values
-from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.palette import activation_colors, mode_colors
 from warp_softbody.stage_exports.prims import contact_width, fiber_width
 
@@ -42,33 +41,38 @@ class TimedFrame(NamedTuple):
     frame: Frame
 
 
-def sample_layer(scene: Scene, layout: Layout, frames: Sequence[TimedFrame]) -> Any:
+def sample_layer(bodies: Sequence[StagedBody], frames: Sequence[TimedFrame]) -> Any:
     """Overs of the moving attributes, with the first and last time code in the layer's clock."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
-    body = conventions.character_path(scene.character.name)
     with Sdf.ChangeBlock():
         for time_code, frame in frames:
-            for sample in frame_samples(scene, layout, frame):
-                path = f"{body}/{sample.prim}"
-                attribute = layer.GetAttributeAtPath(f"{path}.{sample.attribute}")
-                if attribute is None:
-                    prim = Sdf.CreatePrimInLayer(layer, path)
-                    attribute = Sdf.AttributeSpec(prim, sample.attribute, _TYPES[sample.attribute])
-                layer.SetTimeSample(attribute.path, time_code, sample.value)
+            for body in bodies:
+                place = conventions.character_path(body.character.name)
+                for sample in frame_samples(body, body.share(frame)):
+                    _set(layer, place, time_code, sample)
     layer.startTimeCode = frames[0].time_code
     layer.endTimeCode = frames[-1].time_code
     return layer
 
 
-def frame_samples(scene: Scene, layout: Layout, frame: Frame) -> Iterator[Sample]:
-    """Every value that a frame adds to the stage."""
-    nodes = layout.skin_nodes
+def _set(layer: Any, body: str, time_code: float, sample: Sample) -> None:
+    path = f"{body}/{sample.prim}"
+    attribute = layer.GetAttributeAtPath(f"{path}.{sample.attribute}")
+    if attribute is None:
+        prim = Sdf.CreatePrimInLayer(layer, path)
+        attribute = Sdf.AttributeSpec(prim, sample.attribute, _TYPES[sample.attribute])
+    layer.SetTimeSample(attribute.path, time_code, sample.value)
+
+
+def frame_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
+    """Every value that a body's share of a frame adds to its prim."""
+    nodes = body.layout.skin_nodes
     yield from _moving_points(conventions.SKIN, frame.positions[nodes], frame.velocities[nodes])
     yield from _moving_points(conventions.TETS, frame.positions, frame.velocities)
-    if len(layout.segment_ends):
-        yield from _fiber_samples(scene, layout, frame)
-    if scene.ground is not None:
-        yield from _contact_samples(scene, frame)
+    if len(body.layout.segment_ends):
+        yield from _fiber_samples(body, frame)
+    if body.touches:
+        yield from _contact_samples(body, frame)
 
 
 def _moving_points(
@@ -80,19 +84,19 @@ def _moving_points(
     yield Sample(prim, "extent", values.extent(points))
 
 
-def _fiber_samples(scene: Scene, layout: Layout, frame: Frame) -> Iterator[Sample]:
-    points = values.vectors(frame.fiber_points[layout.segment_ends.reshape(-1)])
+def _fiber_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
+    points = values.vectors(frame.fiber_points[body.layout.segment_ends.reshape(-1)])
     colors = activation_colors(frame.activations)
     yield Sample(conventions.FIBERS, "points", points)
-    yield Sample(conventions.FIBERS, "extent", values.extent(points, fiber_width(scene)))
+    yield Sample(conventions.FIBERS, "extent", values.extent(points, fiber_width(body)))
     yield Sample(conventions.FIBERS, conventions.ACTIVATION, values.floats(frame.activations))
     yield Sample(conventions.FIBERS, "primvars:displayColor", values.vectors(colors))
 
 
-def _contact_samples(scene: Scene, frame: Frame) -> Iterator[Sample]:
+def _contact_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
     contacts = frame.contacts
     points = values.vectors(np.asarray(contacts.points).reshape(-1, 3))
-    width = contact_width(scene)
+    width = contact_width(body)
     colors = mode_colors(contacts.modes)
     yield Sample(conventions.CONTACTS, "points", points)
     yield Sample(conventions.CONTACTS, "extent", values.extent(points, width))

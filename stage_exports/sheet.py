@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.conventions import FloatArray, checked_target
 from warp_softbody.stage_exports.picture import Size, checked_aspect, save_png
-from warp_softbody.stage_exports.reader import Take, read_take
+from warp_softbody.stage_exports.reader import Take, read_takes
 from warp_softbody.stage_exports.render import Image, Renderer
 from warp_softbody.stage_exports.subject import Pose, Subject
 
@@ -20,7 +21,7 @@ _GAP = 4
 
 def draw_take(
     path: str | Path,
-    take: Take | str | Path,
+    take: Take | Sequence[Take] | str | Path,
     *,
     count: int = 12,
     columns: int = 4,
@@ -30,7 +31,8 @@ def draw_take(
 
     Args:
         path: ends in .png; an existing file is replaced in one step.
-        take: a take, or the path of a stage.
+        take: a take, the takes of several bodies, or the path of a stage, all of whose bodies are
+            shown.
         count: frames drawn; fewer when the take has fewer.
         columns: frames in a row.
         size: width and height of one frame, pixels.
@@ -41,18 +43,29 @@ def draw_take(
     target = checked_target(path, extensions=(".png",))
     if count < 1 or columns < 1:
         raise InputError(f"count and columns must be at least 1, got {count!r} and {columns!r}")
-    shown = take if isinstance(take, Take) else read_take(take)
-    camera = Camera.framing(*take_bounds(shown), aspect=checked_aspect(size), margin=1.2)
-    renderer = Renderer(Subject.of_take(shown), camera, size)
-    chosen = np.unique(np.linspace(0, len(shown) - 1, count).round().astype(int))
-    images = [renderer.draw(Pose.of_take(shown, index)) for index in chosen.tolist()]
+    shown = _takes(take)
+    camera = Camera.framing(*take_bounds(*shown), aspect=checked_aspect(size), margin=1.2)
+    renderer = Renderer(Subject.of_takes(shown), camera, size)
+    chosen = np.unique(np.linspace(0, len(shown[0]) - 1, count).round().astype(int))
+    images = [renderer.draw(Pose.of_takes(shown, index)) for index in chosen.tolist()]
     save_png(target, _tiled(images, columns))
     return target
 
 
-def take_bounds(take: Take) -> tuple[FloatArray, FloatArray]:
+def take_bounds(*takes: Take) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest corner of all frames, as `Movie` takes them."""
-    return take.skin_points.min(axis=(0, 1)), take.skin_points.max(axis=(0, 1))
+    low = [take.skin_points.min(axis=(0, 1)) for take in takes]
+    high = [take.skin_points.max(axis=(0, 1)) for take in takes]
+    return np.min(low, axis=0), np.max(high, axis=0)
+
+
+def _takes(take: Take | Sequence[Take] | str | Path) -> tuple[Take, ...]:
+    if isinstance(take, str | Path):
+        return read_takes(take)
+    takes = (take,) if isinstance(take, Take) else tuple(take)
+    if not takes or any(not np.array_equal(one.times, takes[0].times) for one in takes):
+        raise InputError("a picture needs at least one take, and takes of the same frames")
+    return takes
 
 
 def _tiled(images: list[Image], columns: int) -> Image:

@@ -1,11 +1,11 @@
-"""How one pose of a body looks: lit skin, and the fibres inside as if the flesh were clear."""
+"""How one pose of the bodies looks: lit skin, and the fibres inside as if the flesh were clear."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from warp_softbody.stage_exports import lighting
-from warp_softbody.stage_exports.conventions import FloatArray
+from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.palette import activation_colors
 from warp_softbody.stage_exports.raycast import BoolArray, Caster, Hits
 from warp_softbody.stage_exports.subject import Pose, Subject
@@ -18,7 +18,7 @@ from warp_softbody.stage_exports.surface import (
 )
 from warp_softbody.stage_exports.terrain import bounce_plane
 
-# Parts of the body's diagonal: half a fibre's width, and how deep one sees into the flesh.
+# Parts of a body's diagonal: half a fibre's width, and how deep one sees into the flesh.
 _TUBE_RADIUS = 0.0065
 _CLEARNESS = 0.15
 
@@ -33,7 +33,7 @@ class LitBody:
         self._corner_normals = normals.at(pose.skin)
         self._flat_normals = normalized(face_normals(pose.skin, subject.faces))
         self._corner_light = self._sky_at_corners(pose.skin)
-        points, faces = tubes(pose.segments, _TUBE_RADIUS * subject.size)
+        points, faces = tubes(pose.segments, _TUBE_RADIUS * subject.sizes[subject.segment_bodies])
         self._fibers = Caster(points, faces)
         self._fiber_normals = normalized(face_normals(points, faces))
         self._fiber_colors = activation_colors(pose.activations)
@@ -48,11 +48,22 @@ class LitBody:
         color[seen] = self._skin_colors(_chosen(skin, seen), eye, directions[seen])
         fiber = self._fibers.first(origins, directions)
         seen = np.isfinite(fiber.distance) & (fiber.distance < limit)
+        seen[seen] = self._in_own_flesh(_chosen(fiber, seen), _chosen(skin, seen))
         shaded = self._fiber_shades(_chosen(fiber, seen), directions[seen])
         depth = fiber.distance[seen] - skin.distance[seen]
         depth = np.where(np.isfinite(depth), np.maximum(0.0, depth), 0.0)
-        cover = np.exp(-depth / (_CLEARNESS * self._subject.size))
+        sizes = self._subject.sizes[self._owners(fiber.face[seen])]
+        cover = np.exp(-depth / (_CLEARNESS * sizes))
         color[seen] += cover[:, None] * (shaded - color[seen])
+
+    def _owners(self, fiber_faces: IntArray) -> IntArray:
+        """Which body each face of the tubes belongs to."""
+        return self._subject.segment_bodies[fiber_faces // FACES_PER_TUBE]
+
+    def _in_own_flesh(self, fiber: Hits, skin: Hits) -> BoolArray:
+        """Whether the skin in front of a fibre, if there is any, is that of its own body."""
+        own = self._owners(fiber.face) == self._subject.face_bodies[skin.face]
+        return np.asarray(own | (skin.distance >= fiber.distance))
 
     def _sky_at_corners(self, skin: FloatArray) -> FloatArray:
         """(f, 3, 3) sky light at the corners: smooth, so that a few rays a corner are enough."""
@@ -80,7 +91,7 @@ class LitBody:
         sun *= np.maximum(0.0, normal @ lighting.SUN)
         rim = 0.15 * (1.0 - np.abs(np.einsum("ri,ri->r", normal, directions))) ** 4
         light = sun[:, None] * lighting.SUN_COLOR + sky
-        color = np.array(self._subject.color) * light
+        color = self._subject.colors[self._subject.face_bodies[hits.face]] * light
         return np.asarray(color + shine[:, None] * lighting.SUN_COLOR + rim[:, None] * sky)
 
     def _fiber_shades(self, hits: Hits, directions: FloatArray) -> FloatArray:

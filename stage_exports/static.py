@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pxr import Sdf, Usd
 
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import surroundings
+from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.grounds import define_ground
-from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.stage_exports.prims import define_body
 
 
 def static_layer(
-    scene: Scene, layout: Layout, fps: float, metadata: Mapping[str, str | float]
+    scene: Scene,
+    bodies: Sequence[StagedBody],
+    fps: float,
+    metadata: Mapping[str, str | float],
 ) -> Any:
     """Everything of a stage but its time samples.
 
@@ -25,8 +28,9 @@ def static_layer(
     layer = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(layer)
     surroundings.define_root(stage, fps, metadata)
-    body = surroundings.define_material(stage, "Body", roughness=0.45)
-    define_body(stage, scene, layout, body)
+    flesh = surroundings.define_material(stage, "Body", roughness=0.45)
+    for body in bodies:
+        define_body(stage, body, flesh)
     if scene.ground is not None:
         matt = surroundings.define_material(stage, "Ground", roughness=0.9)
         define_ground(stage, scene, scene.ground, matt)

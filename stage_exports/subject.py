@@ -2,58 +2,100 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from warp_softbody.frame import Frame
 from warp_softbody.ground import Ground
-from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
-from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.stage_exports.reader import Take
 
 
-@dataclass(frozen=True, kw_only=True)
-class Subject:
-    """The part of a picture that no frame changes.
-
-    Attributes:
-        rest: (k, 3) m, skin points at rest.
-        faces: (f, 3) outward triangles of the skin.
-        color: linear RGB.
-        ground: what it moves on, or None.
-    """
+class Shape(NamedTuple):
+    """One body: skin points (k, 3) at rest, faces (f, 3), linear RGB, number of segments."""
 
     rest: FloatArray
     faces: IntArray
     color: tuple[float, float, float]
+    segments: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """The part of a picture that no frame changes: all bodies, one after the other.
+
+    Attributes:
+        rest: (k, 3) m, skin points at rest.
+        faces: (f, 3) outward triangles of the skins.
+        face_bodies: (f,) which body a face belongs to.
+        segment_bodies: (s,) which body a muscle segment belongs to.
+        colors: (b, 3) linear RGB of each body.
+        sizes: (b,) m, diagonal of each body's box at rest, which drawn sizes are parts of.
+        ground: what they move on, or None.
+    """
+
+    rest: FloatArray
+    faces: IntArray
+    face_bodies: IntArray
+    segment_bodies: IntArray
+    colors: FloatArray
+    sizes: FloatArray
     ground: Ground | None
 
     @property
     def size(self) -> float:
-        """Diagonal of the box at rest, m: the length that all drawn sizes are parts of."""
-        return float(np.linalg.norm(np.ptp(self.rest, axis=0)))
+        """Diagonal of the largest body, m."""
+        return float(self.sizes.max())
 
     @classmethod
-    def of_scene(cls, scene: Scene, layout: Layout) -> Subject:
-        """The character of a scene."""
+    def of_bodies(cls, bodies: Sequence[StagedBody], ground: Ground | None) -> Subject:
+        """All bodies of a scene."""
+        shapes = [
+            Shape(
+                np.asarray(body.character.mesh.points[body.layout.skin_nodes]),
+                body.layout.skin_faces,
+                body.character.color,
+                len(body.layout.segment_ends),
+            )
+            for body in bodies
+        ]
+        return cls.of_shapes(shapes, ground)
+
+    @classmethod
+    def of_takes(cls, takes: Sequence[Take]) -> Subject:
+        """Bodies of one stage."""
+        shapes = [
+            Shape(take.skin_rest, take.skin_faces, take.color, take.activations.shape[1])
+            for take in takes
+        ]
+        return cls.of_shapes(shapes, takes[0].ground)
+
+    @classmethod
+    def of_shapes(cls, shapes: Sequence[Shape], ground: Ground | None) -> Subject:
+        """Bodies joined into one surface."""
+        number = np.arange(len(shapes), dtype=np.int32)
+        starts = np.cumsum([0, *(len(shape.rest) for shape in shapes)])
+        faces = [
+            shape.faces + np.int32(start) for shape, start in zip(shapes, starts[:-1], strict=True)
+        ]
         return cls(
-            rest=np.asarray(scene.character.mesh.points[layout.skin_nodes]),
-            faces=layout.skin_faces,
-            color=scene.character.color,
-            ground=scene.ground,
+            rest=np.concatenate([shape.rest for shape in shapes]),
+            faces=np.concatenate(faces),
+            face_bodies=np.repeat(number, [len(shape.faces) for shape in shapes]),
+            segment_bodies=np.repeat(number, [shape.segments for shape in shapes]),
+            colors=np.array([shape.color for shape in shapes]),
+            sizes=np.linalg.norm([np.ptp(shape.rest, axis=0) for shape in shapes], axis=1),
+            ground=ground,
         )
-
-    @classmethod
-    def of_take(cls, take: Take) -> Subject:
-        """The character of a stage."""
-        return cls(rest=take.skin_rest, faces=take.skin_faces, color=take.color, ground=take.ground)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pose:
-    """The part that a frame changes.
+    """The part that a frame changes, in the order of the subject.
 
     Attributes:
         skin: (k, 3) m.
@@ -66,19 +108,21 @@ class Pose:
     activations: FloatArray
 
     @classmethod
-    def of_frame(cls, frame: Frame, layout: Layout) -> Pose:
+    def of_frame(cls, frame: Frame, bodies: Sequence[StagedBody]) -> Pose:
         """The pose of a running scene."""
+        nodes = [body.layout.skin_nodes + body.nodes.start for body in bodies]
+        ends = [body.layout.segment_ends + body.vertices.start for body in bodies]
         return cls(
-            skin=frame.positions[layout.skin_nodes],
-            segments=frame.fiber_points[layout.segment_ends],
+            skin=frame.positions[np.concatenate(nodes)],
+            segments=frame.fiber_points[np.concatenate(ends)],
             activations=frame.activations,
         )
 
     @classmethod
-    def of_take(cls, take: Take, index: int) -> Pose:
+    def of_takes(cls, takes: Sequence[Take], index: int) -> Pose:
         """A frame of a stage."""
         return cls(
-            skin=take.skin_points[index],
-            segments=take.fiber_points[index],
-            activations=take.activations[index],
+            skin=np.concatenate([take.skin_points[index] for take in takes]),
+            segments=np.concatenate([take.fiber_points[index] for take in takes]),
+            activations=np.concatenate([take.activations[index] for take in takes]),
         )

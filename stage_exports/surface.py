@@ -56,8 +56,9 @@ class CornerNormals:
         return normalized(summed).reshape(-1, 3, 3)
 
 
-def tubes(segments: FloatArray, radius: float) -> tuple[FloatArray, IntArray]:
-    """Triangles of open prisms around segments (s, 2, 3); a segment owns equally many, in order."""
+def tubes(segments: FloatArray, radii: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Triangles of open prisms around segments (s, 2, 3) of radii (s,), equally many of each."""
+    radius = radii[:, None, None]
     axis = normalized(segments[:, 1] - segments[:, 0])
     helper = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
     first = normalized(np.cross(axis, helper))
@@ -66,7 +67,7 @@ def tubes(segments: FloatArray, radius: float) -> tuple[FloatArray, IntArray]:
     ring = np.cos(angles)[:, None, None] * first + np.sin(angles)[:, None, None] * second
     # Rings reach a little beyond the ends, so that a bent fibre shows no gaps.
     ends = segments + radius * 0.5 * np.stack([-axis, axis], axis=1)
-    points = ends[:, :, None, :] + radius * ring.transpose(1, 0, 2)[:, None, :, :]
+    points = ends[:, :, None, :] + (radius * ring.transpose(1, 0, 2))[:, None, :, :]
     near = np.arange(_TUBE_SIDES)
     far = (near + 1) % _TUBE_SIDES
     one = np.stack([near, far, far + _TUBE_SIDES, near, far + _TUBE_SIDES, near + _TUBE_SIDES], 1)

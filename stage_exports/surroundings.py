@@ -1,4 +1,4 @@
-"""What stands around the body in a stage: root metadata, ground, camera, lights and materials."""
+"""What stands around the bodies in a stage: root metadata, ground, camera, lights and materials."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def define_material(stage: Any, name: str, roughness: float) -> Any:
 
 def define_camera(stage: Any, scene: Scene) -> None:
     """The camera of the pictures, as a USD camera."""
-    view = Camera.framing(*start_box(np.asarray(scene.character.mesh.points)), aspect=ASPECT)
+    view = Camera.framing(*start_box(np.asarray(scene.whole.mesh.points)), aspect=ASPECT)
     right, up = view.axes
     matrix = np.eye(4)
     matrix[:3, :3] = right, up, -view.forward

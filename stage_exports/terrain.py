@@ -13,11 +13,11 @@ from warp_softbody.stage_exports.raycast import Caster
 from warp_softbody.stage_exports.surface import face_normals, normalized
 
 
-def make_floor(ground: Ground, rest: FloatArray) -> Floor:
-    """What a picture shows of a ground under a body with rest points (k, 3)."""
+def make_floor(ground: Ground, rest: FloatArray, size: float) -> Floor:
+    """What a picture shows of a ground under bodies with rest points (k, 3), the largest `size`."""
     if isinstance(ground, Plane):
-        return Floor(ground, rest)
-    return Terrain(ground, rest)
+        return Floor(ground, rest, size)
+    return Terrain(ground, rest, size)
 
 
 def bounce_plane(ground: Ground) -> Plane:
@@ -32,9 +32,9 @@ def bounce_plane(ground: Ground) -> Plane:
 class Terrain(Floor):
     """Triangles with the floor's grid as seen from above."""
 
-    def __init__(self, ground: Ground, rest: FloatArray) -> None:
-        """Build the search tree."""
-        super().__init__(bounce_plane(ground), rest)
+    def __init__(self, ground: Ground, rest: FloatArray, size: float) -> None:
+        """Build the search tree; `rest` and `size` as for a floor."""
+        super().__init__(bounce_plane(ground), rest, size)
         vertices, faces = surface_of(ground)
         self._caster = Caster(vertices, faces)
         self._face_normals = normalized(face_normals(vertices, faces))

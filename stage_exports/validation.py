@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdValidation
 
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports import conventions, values
-from warp_softbody.stage_exports.reader import character_prim, open_stage
+from warp_softbody.stage_exports.reader import body_prims, open_stage
 
 _POINT_TYPES = (Sdf.ValueTypeNames.Point3fArray, Sdf.ValueTypeNames.Float3Array)
 _INDICES = ("faceVertexIndices", "tetVertexIndices", "surfaceFaceVertexIndices")
@@ -52,16 +52,27 @@ def _check_clock(stage: Any) -> Iterator[str]:
 
 
 def _check_motion(stage: Any) -> Iterator[str]:
-    body = character_prim(stage)
-    if body is None:
+    bodies = body_prims(stage)
+    if not bodies:
         yield "the stage holds no character with a skin and tets"
-        return
+    frozen = [_frozen(body) for body in bodies]
+    # one body may stand still among others, but not its skin around moving tets
+    nothing_moves = all(len(names) == 2 for names in frozen)
+    for body, names in zip(bodies, frozen, strict=True):
+        if nothing_moves or len(names) == 1:
+            yield from (f"{body.GetPath()}/{name} is the same in every frame" for name in names)
+
+
+def _frozen(body: Any) -> list[str]:
+    """Which of a body's skin and tets are the same in every frame."""
+    names = []
     for name in (conventions.SKIN, conventions.TETS):
         points = body.GetChild(name).GetAttribute("points")
         codes = points.GetTimeSamples()
         first = points.Get(codes[0]) if codes else None
         if len(codes) > 1 and all(points.Get(code) == first for code in codes[1:]):
-            yield f"{points.GetPrimPath()} is the same in every frame"
+            names.append(name)
+    return names
 
 
 def _check_geometry(prim: Any) -> Iterator[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.chunks import ChunkFolder
 from warp_softbody.stage_exports.conventions import (
     EXTENSIONS,
@@ -19,7 +20,6 @@ from warp_softbody.stage_exports.conventions import (
     character_path,
     checked_target,
 )
-from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.stage_exports.samples import TimedFrame, sample_layer
 from warp_softbody.stage_exports.static import static_layer
 
@@ -57,13 +57,14 @@ class StageWriter:
             raise InputError(f"fps must be finite and positive, got {fps!r}")
         if chunk_frames < 1:
             raise InputError(f"chunk_frames must be at least 1, got {chunk_frames!r}")
-        character_path(scene.character.name)
+        for character in scene.characters:
+            character_path(character.name)
         self._path = checked_target(path, extensions=EXTENSIONS, overwrite=overwrite)
         self._scene = scene
         self._fps = float(fps)
         self._metadata = _checked_metadata(metadata or {})
         self._chunk_frames = chunk_frames
-        self._layout = Layout.of(scene.character)
+        self._bodies = staged_bodies(scene)
         self._chunks = ChunkFolder(self._path)
         self._pending: list[TimedFrame] = []
         self._stored = 0
@@ -117,24 +118,25 @@ class StageWriter:
     def _flush(self) -> None:
         """Close a chunk. The frames are let go last, so that an interrupt here loses none."""
         if not self._stored:
-            static = static_layer(self._scene, self._layout, self._fps, self._metadata)
+            static = static_layer(self._scene, self._bodies, self._fps, self._metadata)
             self._chunks.start(static)
-        samples = sample_layer(self._scene, self._layout, self._pending)
+        samples = sample_layer(self._bodies, self._pending)
         self._chunks.add(self._stored, samples)
         self._stored, self._pending = self._stored + len(self._pending), []
 
     def _check_arrays(self, frame: Frame) -> None:
-        nodes = len(self._scene.character.mesh.points)
-        vertices = len(self._layout.fiber_vertices)
-        segments = len(self._layout.segment_ends)
-        touching = len(frame.contacts.points)
+        last, contacts = self._bodies[-1], frame.contacts
+        nodes, touching = last.nodes.stop, len(contacts.points)
+        # with one body it is clear whose contacts they are
+        named = len(contacts.nodes) if last.alone else touching
         for name, array, shape in (
             ("positions", frame.positions, (nodes, 3)),
             ("velocities", frame.velocities, (nodes, 3)),
-            ("activations", frame.activations, (segments,)),
-            ("fiber_points", frame.fiber_points, (vertices, 3)),
-            ("contact modes", frame.contacts.modes, (touching,)),
-            ("contact forces", frame.contacts.forces, (touching, 3)),
+            ("activations", frame.activations, (last.segments.stop,)),
+            ("fiber_points", frame.fiber_points, (last.vertices.stop, 3)),
+            ("contact nodes", contacts.nodes, (named,)),
+            ("contact modes", contacts.modes, (touching,)),
+            ("contact forces", contacts.forces, (touching, 3)),
         ):
             if array.shape != shape:
                 raise InputError(
@@ -142,6 +144,8 @@ class StageWriter:
                 )
             if not np.isfinite(array).all():
                 raise InputError(f"frame {frame.index}: {name} holds a number that is not finite")
+        if np.any((contacts.nodes < 0) | (contacts.nodes >= nodes)):
+            raise InputError(f"frame {frame.index}: a contact node is not one of the {nodes} nodes")
 
 
 def _checked_metadata(metadata: Mapping[str, str | float]) -> dict[str, str | float]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from warp_softbody import characters, controllers, scenes
+    from warp_softbody.bodies import Body, placed
     from warp_softbody.bridge import Bridge, ControlProblem
     from warp_softbody.character import Character
     from warp_softbody.frame import ContactMode, ContactSample, Frame
@@ -33,6 +34,7 @@ __version__ = "0.1.0"
 
 _MODULES = ("characters", "controllers", "scenes", "stage_exports")
 _NAMES = {
+    "Body": "bodies",
     "Bridge": "bridge",
     "Character": "character",
     "ContactMode": "frame",
@@ -59,9 +61,11 @@ _NAMES = {
     "TetMesh": "mesh",
     "TriangleGround": "ground_triangles",
     "build_model": "model",
+    "placed": "bodies",
 }
 
 __all__ = [
+    "Body",
     "Bridge",
     "Character",
     "ContactMode",
@@ -90,6 +94,7 @@ __all__ = [
     "build_model",
     "characters",
     "controllers",
+    "placed",
     "scenes",
 ]
 

@@ -43,10 +43,10 @@ class Frame:
     Attributes:
         index: number of the frame, from 0.
         time: s.
-        positions: (n, 3) m, nodes of the tet mesh.
+        positions: (n, 3) m, nodes of all bodies in the order of Scene.parts.
         velocities: (n, 3) m/s.
         activations: (segments,) l_d / l_0; 1 for a slack segment.
-        fiber_points: (p, 3) m, the vertices of all fibres in the order of Character.fibers.
+        fiber_points: (p, 3) m, the vertices of all fibres in the order of Scene.whole.fibers.
         contacts: touching nodes.
     """
 

@@ -12,7 +12,7 @@ from pxr import Usd, UsdGeom
 from warp_softbody.cli import main
 from warp_softbody.ground_heights import HeightField
 from warp_softbody.ground_triangles import TriangleGround
-from warp_softbody.stage_exports import draw_take, measure, read_take, validate
+from warp_softbody.stage_exports import body_names, draw_take, measure, read_take, validate
 from warp_softbody.stage_exports.measures import Measures
 from warp_softbody.stage_exports.reader import Take
 
@@ -84,3 +84,21 @@ def test_heavy_mat_lies_on_rough_ground(tmp_path: Path, capsys: pytest.CaptureFi
     heights = np.array(mesh.GetPointsAttr().Get())[:, 2]
     np.testing.assert_allclose(heights, take.ground.heights.ravel(), atol=1e-8)
     assert len(mesh.GetFaceVertexCountsAttr().Get()) == 2 * 60 * 60
+
+
+def test_cubes_come_to_rest_as_a_stack(tmp_path: Path) -> None:
+    """Each bears those above it, none leans, and no node is in another cube or the floor."""
+    run(tmp_path, "stack")
+    takes = [read_take(tmp_path / "take.usdc", name) for name in body_names(tmp_path / "take.usdc")]
+    assert [take.name for take in takes] == ["cube_0", "cube_1", "cube_2"]
+    weight = 1000.0 * 0.3**3 * 9.81
+    for level, take in enumerate(takes):
+        measures = measure(take)
+        assert measures.tilt[-1] < 1.0
+        assert measures.penetration.max() < 1e-4
+        assert np.linalg.norm(take.velocities[-1], axis=1).max() < 5e-3
+        # a sway of 5 mm/s with some 2 Hz is 0.6 % of gravity
+        if level == 0:
+            below = take.contacts[-1].points[:, 2] < 1e-4
+            carried = take.contacts[-1].forces[below, 2].sum()
+            assert carried == pytest.approx(3.0 * weight, rel=0.01)

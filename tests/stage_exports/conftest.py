@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.stage_exports.crowd import FRAMES, frame_at, make_crowd
 from warp_softbody.character import Character
 from warp_softbody.frame import ContactMode, ContactSample, Frame
 from warp_softbody.ground import Plane
@@ -114,5 +115,24 @@ def write_take(scene: Scene, make_frames: MakeFrames, tmp_path: Path) -> WriteTa
             for frame in make_frames(scene, count, motion):
                 stage.write(frame)
         return path
+
+    return write
+
+
+@pytest.fixture
+def crowd() -> Scene:
+    """Several bodies on a plane."""
+    return make_crowd()
+
+
+@pytest.fixture
+def write_crowd(crowd: Scene, tmp_path: Path) -> WriteTake:
+    """Write a take of several bodies, in chunks, and return its path."""
+
+    def write(name: str = "crowd.usdc") -> Path:
+        with StageWriter(tmp_path / name, crowd, fps=30, chunk_frames=2) as stage:
+            for index in range(FRAMES):
+                stage.write(frame_at(crowd, index))
+        return tmp_path / name
 
     return write

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Vt
 
+from tests.stage_exports.crowd import NAMES
 from warp_softbody.stage_exports import validate
 
 SKIN = "/World/block/Skin"
@@ -92,3 +93,41 @@ def test_damage_is_named(write_take: Any, damage: Callable[[Any], None], word: s
 
 def test_what_is_no_stage_is_said_to_be_none(tmp_path: Path) -> None:
     assert "not a USD file" in validate(tmp_path / "missing.usdc")[0]
+
+
+@pytest.mark.parametrize("extension", [".usdc", ".usda"])
+def test_a_stage_of_several_bodies_has_no_fault(write_crowd: Any, extension: str) -> None:
+    assert validate(write_crowd(f"good{extension}")) == []
+
+
+def _damaged(path: Path, damage: Callable[[Any], None]) -> list[str]:
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    damage(layer)
+    layer.Export(str(path))
+    return validate(path)
+
+
+def _freeze(layer: Any, *bodies: str, parts: tuple[str, ...] = ("Skin", "Tets")) -> None:
+    for path in (f"/World/{body}/{part}" for body in bodies for part in parts):
+        for name in ("points", "extent"):
+            first = layer.QueryTimeSample(f"{path}.{name}", 0.0)
+            for code in layer.ListTimeSamplesForPath(f"{path}.{name}"):
+                layer.SetTimeSample(f"{path}.{name}", code, first)
+
+
+def test_damage_to_a_later_body_is_named(write_crowd: Any) -> None:
+    box_of_others = Vt.Vec3fArray([Gf.Vec3f(0.0), Gf.Vec3f(1.0)])
+    found = _damaged(
+        write_crowd("wrong.usda"),
+        lambda layer: layer.SetTimeSample("/World/cube/Skin.extent", 2.0, box_of_others),
+    )
+    assert any(s.startswith("/World/cube/Skin") and "extent" in s for s in found), found
+
+
+def test_a_body_may_stand_still_but_not_half_of_it_nor_all_bodies(write_crowd: Any) -> None:
+    path = write_crowd("still.usda")
+    assert _damaged(path, lambda layer: _freeze(layer, "cube")) == []
+    found = _damaged(path, lambda layer: _freeze(layer, "bar", parts=("Tets",)))
+    assert found == ["/World/bar/Tets is the same in every frame"]
+    found = _damaged(path, lambda layer: _freeze(layer, *NAMES))
+    assert len(found) == 6 and all("same in every frame" in sentence for sentence in found)

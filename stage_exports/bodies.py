@@ -1,0 +1,84 @@
+"""The bodies of a scene, each with its share of the arrays that a frame holds for all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from warp_softbody.character import Character
+from warp_softbody.frame import ContactSample, Frame
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.layout import Layout
+
+
+@dataclass(frozen=True, kw_only=True)
+class StagedBody:
+    """A body and where it stands in a frame.
+
+    Attributes:
+        character: the body.
+        layout: its index sets, in its own numbers.
+        nodes: its rows of Frame.positions.
+        segments: its rows of Frame.activations.
+        vertices: its rows of Frame.fiber_points.
+        touches: whether there is anything that it could touch.
+        alone: whether all of a frame is its own.
+    """
+
+    character: Character
+    layout: Layout
+    nodes: slice
+    segments: slice
+    vertices: slice
+    touches: bool
+    alone: bool
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the box at rest, m."""
+        return float(np.linalg.norm(np.ptp(self.character.mesh.points, axis=0)))
+
+    def share(self, frame: Frame) -> Frame:
+        """The frame as if there were no other body."""
+        if self.alone:
+            return frame
+        return replace(
+            frame,
+            positions=frame.positions[self.nodes],
+            velocities=frame.velocities[self.nodes],
+            activations=frame.activations[self.segments],
+            fiber_points=frame.fiber_points[self.vertices],
+            contacts=self._own(frame.contacts),
+        )
+
+    def _own(self, contacts: ContactSample) -> ContactSample:
+        own = (contacts.nodes >= self.nodes.start) & (contacts.nodes < self.nodes.stop)
+        return ContactSample(
+            nodes=contacts.nodes[own] - self.nodes.start,
+            points=contacts.points[own],
+            modes=contacts.modes[own],
+            forces=contacts.forces[own],
+        )
+
+
+def staged_bodies(scene: Scene) -> tuple[StagedBody, ...]:
+    """All bodies of a scene, the character first."""
+    bodies: list[StagedBody] = []
+    vertices = 0
+    for character, part in zip(scene.characters, scene.parts, strict=True):
+        layout = Layout.of(character)
+        start, vertices = vertices, vertices + len(layout.fiber_vertices)
+        bodies.append(
+            StagedBody(
+                character=character,
+                layout=layout,
+                nodes=part.nodes,
+                segments=part.segments,
+                vertices=slice(start, vertices),
+                touches=scene.ground is not None or scene.has_pairs,
+                alone=not scene.others,
+            )
+        )
+    return tuple(bodies)
