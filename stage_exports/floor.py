@@ -109,7 +109,12 @@ class FloorLight:
         """Cast the shadow."""
         flat = skin @ floor.axes.T
         self._middle = (flat.min(axis=0) + flat.max(axis=0)) / 2.0
-        self._half = 0.5 * float(np.ptp(flat, axis=0).max()) + 1.2 * floor.size
+        half = 0.5 * float(np.ptp(flat, axis=0).max()) + 1.2 * floor.size
+        # the shadow of what is high above the floor falls far away
+        height = skin @ floor.normal - floor.offset
+        steep = max(0.2, float(lighting.SUN @ floor.normal))
+        cast = flat - np.outer(height, floor.axes @ lighting.SUN) / steep
+        self._half = max(half, float(np.abs(cast - self._middle).max()) + 0.2 * floor.size)
         ticks = ((np.arange(_TEXELS) + 0.5) / _TEXELS - 0.5) * 2.0 * self._half
         square = np.stack(np.meshgrid(ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 2)
         light = _light(body, floor.lifted(self._middle + square), floor).reshape(
