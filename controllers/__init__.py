@@ -2,10 +2,13 @@
 
 from warp_softbody.controllers.balance import Balance, BalanceGains
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
+from warp_softbody.controllers.crawl import Crawl, CrawlGains, CrawlPhase
+from warp_softbody.controllers.exercise import Exercise, ExerciseGains, Sway
 from warp_softbody.controllers.full_form import FullForm, to_full, to_general
 from warp_softbody.controllers.general import QPCC
 from warp_softbody.controllers.jump import Jump, JumpGains
 from warp_softbody.controllers.objectives import Objective
+from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.controllers.qpcc import ContactQPCC, uniform_directions
 from warp_softbody.controllers.result import (
@@ -18,10 +21,14 @@ from warp_softbody.controllers.result import (
     SolverOptions,
 )
 from warp_softbody.controllers.roll import Leg, Roll, RollGains
+from warp_softbody.controllers.slide import Slide, SlideGains
 from warp_softbody.controllers.solver import enumerate_qpcc, solve_qpcc, solve_static
+from warp_softbody.controllers.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk, WalkGains
 
 __all__ = [
     "COLD_OPTIONS",
+    "DIAGONAL_PAIRS",
+    "ONE_BY_ONE",
     "QPCC",
     "ActivationCost",
     "Balance",
@@ -29,6 +36,11 @@ __all__ = [
     "ContactMultipliers",
     "ContactQPCC",
     "Controller",
+    "Crawl",
+    "CrawlGains",
+    "CrawlPhase",
+    "Exercise",
+    "ExerciseGains",
     "FullForm",
     "GeneralMultipliers",
     "GeneralResult",
@@ -42,7 +54,13 @@ __all__ = [
     "QPCCStatus",
     "Roll",
     "RollGains",
+    "Slide",
+    "SlideGains",
     "SolverOptions",
+    "Sway",
+    "Walk",
+    "WalkGains",
+    "clustered_patches",
     "enumerate_qpcc",
     "ground_patches",
     "solve_qpcc",

@@ -107,14 +107,16 @@ def eliminate(
     size = len(system)
     if not well_posed and size and _reciprocal_condition(system) < SINGULAR:
         return None
-    sides = np.concatenate([blocks.hold(free), np.eye(size)], axis=1)
+    split = free.shape[1]
+    sides = np.zeros((size, split + size))
+    sides[:, :split] = blocks.hold(free)
+    sides.reshape(-1)[split :: split + size + 1] = 1.0
     try:
-        answer = np.linalg.solve(system, sides)
+        answer = np.asarray(np.linalg.solve(system, sides), np.float64)
     except np.linalg.LinAlgError:
         return None
     if np.abs(answer).max(initial=0.0) > GROWTH:
         return None
-    split = free.shape[1]
     return AffineForces(blocks.basis @ -answer[:, :split], answer[:, split:])
 
 

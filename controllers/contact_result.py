@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warp_softbody.controllers.daqp_backend import DAQPBackend
-from warp_softbody.controllers.full_form import complementarity, full_point
+from warp_softbody.controllers.full_form import full_point, residual
 from warp_softbody.controllers.general_solver import UNUSABLE
 from warp_softbody.controllers.lemke import forward_contact
 from warp_softbody.controllers.node import Node
@@ -92,8 +92,9 @@ def finish(search: Search, node: Node, status: QPCCStatus) -> QPCCResult:
     reduced = search.reduced
     problem, node = reduced.problem, reduced.polish(node)
     controls, forces = reduced.unscale(node.controls, node.points)
-    residual = complementarity(problem, controls, forces)
-    if not residual <= search.options.tolerance and status not in UNUSABLE:
+    x, velocities = full_point(problem, controls, forces), problem.velocity(controls, forces)
+    off = residual(problem, x, velocities)
+    if not off <= search.options.tolerance and status not in UNUSABLE:
         status = QPCCStatus.INACCURATE
     outside = np.maximum(problem.lower - controls, controls - problem.upper)
     stationarity, multipliers = np.nan, None
@@ -105,18 +106,18 @@ def finish(search: Search, node: Node, status: QPCCStatus) -> QPCCResult:
             controls=rest * (reduced.value_scale / reduced.control_scale),
         )
     return QPCCResult(
-        x=full_point(problem, controls, forces),
+        x=x,
         controls=controls,
         forces=forces,
-        velocities=problem.velocity(controls, forces),
+        velocities=velocities,
         modes=node.modes,
         objective=problem.objective(controls, forces),
-        complementarity=residual,
+        complementarity=off,
         feasibility=max(0.0, float(np.max(outside))),
         stationarity=stationarity,
         multipliers=multipliers,
         qp_count=search.qp_count,
         seconds=time.perf_counter() - search.started,
         status=status,
-        message=f"{status.value}; {search.qp_count} QPs, complementarity {residual:.1e}",
+        message=f"{status.value}; {search.qp_count} QPs, complementarity {off:.1e}",
     )

@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from warp_softbody.bridge import Bridge, ControlProblem
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
+from warp_softbody.controllers.patches import Patch
+from warp_softbody.controllers.pieces import LIFT, STICK
 from warp_softbody.controllers.qpcc import ContactQPCC
 from warp_softbody.controllers.result import QPCCResult, QPCCStatus, SolverOptions
 from warp_softbody.controllers.solver import solve_qpcc, solve_static
@@ -90,6 +92,7 @@ def build_qpcc(
         velocity_from_controls=by_activation[wanted:],
         velocity_from_forces=problem.compliance[wanted:, wanted:],
         friction=np.array([patch.friction for patch in goals.patches]),
+        factors=np.array([patch.factors for patch in goals.patches]),
     )
 
 
@@ -108,6 +111,7 @@ class Driver:
         self._bridge = bridge
         self._method = method
         self._modes: tuple[int, ...] | None = None
+        self._parts: tuple[int | None, ...] = ()
         self._calm = False
 
     def decide(self, view: BodyView) -> Decision | None:
@@ -121,9 +125,10 @@ class Driver:
         problem = self._bridge.solve(np.concatenate(rows))
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step)
-        result = self._solve(qpcc, activations, [patch.touching for patch in goals.patches])
+        result = self._solve(qpcc, activations, goals.patches)
         usable = result.status not in UNUSABLE
         self._modes = result.modes if usable else None
+        self._parts = tuple(patch.part for patch in goals.patches)
         self._calm = usable and result.objective < CALM
         chosen = result.controls if usable else activations
         return Decision(
@@ -133,15 +138,23 @@ class Driver:
         )
 
     def _solve(
-        self, qpcc: ContactQPCC, activations: FloatArray, touching: list[bool]
+        self, qpcc: ContactQPCC, activations: FloatArray, patches: tuple[Patch, ...]
     ) -> QPCCResult:
         if self._method == "static":
-            holds = np.array(touching, dtype=bool)
+            holds = np.array([patch.touching for patch in patches], dtype=bool)
             return solve_static(
                 qpcc, touching=holds, fallback_controls=activations, options=STEP_OPTIONS
             )
-        start = self._modes
-        if start is not None and len(start) != qpcc.contact_count:
-            start = None
+        start = self._start(patches)
         options = CALM_OPTIONS if self._calm else STEP_OPTIONS
         return solve_qpcc(qpcc, start=start, fallback_controls=activations, options=options)
+
+    def _start(self, patches: tuple[Patch, ...]) -> tuple[int, ...] | None:
+        """The last modes: of the same parts, or of as many patches where these have none."""
+        parts = tuple(patch.part for patch in patches)
+        if self._modes is None or parts == self._parts:
+            return self._modes
+        if None in parts or None in self._parts:
+            return self._modes if len(self._modes) == len(patches) else None
+        known = dict(zip(self._parts, self._modes, strict=True))
+        return tuple(known.get(patch.part, STICK if patch.touching else LIFT) for patch in patches)

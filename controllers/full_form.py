@@ -66,7 +66,7 @@ def force_map(problem: ContactQPCC) -> FloatArray:
         row, column = nu + 3 * i, nu + (m + 2) * i
         out[row, column] = 1.0
         out[row + 1 : row + 3, column + 1 : column + 1 + m] = (
-            problem.directions * problem.scale[i][:, None]
+            problem.directions * problem.factors[i][:, None]
         ).T
     return out
 
@@ -136,18 +136,23 @@ def full_point(problem: ContactQPCC, controls: FloatArray, forces: FloatArray) -
     velocities = problem.velocity(controls, forces)
     lam = (-velocities[:, 1:] @ problem.directions.T).max(axis=1, initial=0.0)
     sliding = lam > 1e-9 * problem.scales[0]
-    beta = _split_tangents(forces[:, 1:], problem.directions, problem.scale, sliding)
+    beta = _split_tangents(forces[:, 1:], problem.directions, problem.factors, sliding)
     blocks = np.concatenate([forces[:, :1], beta, lam[:, None]], axis=1)
     return np.concatenate([controls, blocks.reshape(-1)])
 
 
 def complementarity(problem: ContactQPCC, controls: FloatArray, forces: FloatArray) -> float:
     """Scaled residual of every pair, as ``to_full(..).complementarity(full_point(..))``, faster."""
+    velocities = problem.velocity(controls, forces)
+    return residual(problem, full_point(problem, controls, forces), velocities)
+
+
+def residual(problem: ContactQPCC, x: FloatArray, velocities: FloatArray) -> float:
+    """The same of a point ``x`` of the full form whose contact velocities (K, 3) are known."""
     speed, impulse = problem.scales
-    blocks = full_point(problem, controls, forces)[problem.control_count :]
+    blocks = x[problem.control_count :]
     blocks = blocks.reshape(problem.contact_count, len(problem.directions) + 2)
     normal, beta, lam = blocks[:, :1], blocks[:, 1:-1], blocks[:, -1:]
-    velocities = problem.velocity(controls, forces)
     against = velocities[:, 1:] @ problem.directions.T + lam
     spare = problem.friction[:, None] * normal - beta.sum(axis=1, keepdims=True)
     left = np.concatenate([normal / impulse, beta / impulse, lam / speed], axis=1)

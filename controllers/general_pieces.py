@@ -15,14 +15,12 @@ import numpy.typing as npt
 from warp_softbody.controllers.general import QPCC, sizes
 from warp_softbody.controllers.qp import Backend, QPMultipliers, QPProblem, QPSolution, QPStatus
 from warp_softbody.controllers.qpcc import FloatArray
+from warp_softbody.controllers.rows import dense, held, shifted, split_convex, stacked
 
 Sides = npt.NDArray[np.int8]
 """(p,): which side of every pair is zero."""
 
 OPEN, LEFT, RIGHT = -1, 0, 1
-
-CONCAVE = 1e-12
-"""Relative size of a negative eigenvalue of Q that passes for rounding."""
 
 CONCAVE_STEPS = 30
 """Linearisations of the concave part of an indefinite Q in one piece."""
@@ -72,18 +70,26 @@ class GeneralProblem:
         self.backend = backend
         self.qp_count = 0
         over_left, over_right = problem.side_scales
-        self.L, self.l0 = problem.L / over_left[:, None], problem.l0 / over_left
-        self.R, self.r0 = problem.R / over_right[:, None], problem.r0 / over_right
         over = sizes(problem.A, problem.b)
-        self._A, self._b = problem.A / over[:, None], problem.b / over
         used = np.isfinite(problem.h)
-        over = sizes(problem.G, problem.h)
-        self._G, self._h = -(problem.G / over[:, None])[used], -(problem.h / over)[used]
+        over_row = sizes(problem.G, problem.h)
+        self.l0, self.r0 = problem.l0 / over_left, problem.r0 / over_right
+        self._b, self._h = problem.b / over, -(problem.h / over_row)[used]
         self.value_scale = max(float(np.abs(problem.Q).max()), float(np.abs(problem.c).max()))
         self.value_scale = self.value_scale or 1.0
         hessian = 0.5 * (problem.Q + problem.Q.T) / self.value_scale
-        self.Q, self.c = hessian, problem.c / self.value_scale
-        self.convex_part, self.concave_part = _split(hessian)
+        self.c = problem.c / self.value_scale
+        convex, self.concave_part = split_convex(hessian)
+        self.Q = hessian
+        self.L, self.R = problem.L / over_left[:, None], problem.R / over_right[:, None]
+        # What the QPs are put together from.
+        self.convex_part, self._L, self._R, self._A, self._G = held(
+            convex,
+            self.L,
+            self.R,
+            problem.A / over[:, None],
+            -(problem.G / over_row[:, None])[used],
+        )
 
     def value(self, x: FloatArray) -> float:
         """Scaled objective, without the constant."""
@@ -133,13 +139,16 @@ class GeneralProblem:
         lower = np.where(np.isfinite(self.problem.lb), 0.0, -1.0)
         upper = np.where(np.isfinite(self.problem.ub), 0.0, 1.0)
         program = replace(
-            self._program(sides, free, free, 0.0), lower=lower, upper=upper, P=np.zeros_like(self.Q)
+            self._program(sides, free, free, 0.0),
+            lower=lower,
+            upper=upper,
+            P=0.0 * self.convex_part,
         )
-        flat = np.linalg.norm(self.Q, axis=1) > 0.0
+        curved = self.Q[np.linalg.norm(self.Q, axis=1) > 0.0]
         program = replace(
             program,
-            A=np.concatenate([program.A, self.Q[flat]]),
-            b=np.zeros(len(program.b) + int(flat.sum())),
+            A=stacked([program.A, curved]),
+            b=np.zeros(len(program.b) + len(curved)),
             h=np.zeros_like(program.h),
         )
         self.qp_count += 1
@@ -151,19 +160,19 @@ class GeneralProblem:
         x, lower, upper = piece.x, self.problem.lb, self.problem.ub
         zero_left, zero_right = piece.sides == LEFT, piece.sides == RIGHT
         at = (x <= lower) | (x >= upper)
-        rows = [self._A, self.L[zero_left], self.R[zero_right]]
+        rows = [self._A, self._L[zero_left], self._R[zero_right]]
         offsets = [-self._b, self.l0[zero_left], self.r0[zero_right]]
         multipliers = piece.solution.multipliers.rows
         slack = np.concatenate([self._G @ x - self._h, piece.left[zero_right]])
         slack = np.concatenate([slack, piece.right[zero_left]])
-        kept = np.concatenate([self._G, self.L[zero_right], self.R[zero_left]])
+        kept = stacked([self._G, self._L[zero_right], self._R[zero_left]])
         shift = np.concatenate([-self._h, self.l0[zero_right], self.r0[zero_left]])
         active = (slack < multipliers) | (slack < 0.0)
-        matrix = np.concatenate([*rows, kept[active]])[:, ~at]
-        miss = np.concatenate([*rows, kept[active]]) @ x + np.concatenate([*offsets, shift[active]])
+        matrix = dense(stacked([*rows, kept[active]]))
+        miss = matrix @ x + np.concatenate([*offsets, shift[active]])
         if not len(miss):
             return x
-        step = np.linalg.lstsq(matrix, -miss, rcond=1e-10)[0]
+        step = np.linalg.lstsq(matrix[:, ~at], -miss, rcond=1e-10)[0]
         moved = x.copy()
         moved[~at] += step
         clipped: FloatArray = np.clip(moved, lower, upper)
@@ -200,14 +209,14 @@ class GeneralProblem:
         if self.concave_part is not None:
             gradient = gradient - self.concave_part @ near
         if pull > 0.0:
-            hessian = hessian + pull * np.eye(len(gradient))
+            hessian = shifted(hessian, pull)
             gradient = gradient - pull * near
         return QPProblem(
             P=hessian,
             c=gradient,
-            A=np.concatenate([self._A, self.L[zero_left], self.R[zero_right]]),
+            A=stacked([self._A, self._L[zero_left], self._R[zero_right]]),
             b=np.concatenate([self._b, -self.l0[zero_left], -self.r0[zero_right]]),
-            G=np.concatenate([self._G, self.L[~zero_left], self.R[~zero_right]]),
+            G=stacked([self._G, self._L[~zero_left], self._R[~zero_right]]),
             h=np.concatenate([self._h, -self.l0[~zero_left], -self.r0[~zero_right]]),
             lower=self.problem.lb,
             upper=self.problem.ub,
@@ -227,15 +236,3 @@ def _pair_multipliers(
     left[~zero_left] = multipliers.rows[rows:split]
     right[~zero_right] = multipliers.rows[split:]
     return left, right
-
-
-def _split(hessian: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-    """Convex part and minus the concave part, None where there is none."""
-    if not np.any(hessian):
-        return hessian, None
-    values, vectors = np.linalg.eigh(hessian)
-    if values[0] >= -CONCAVE * max(1.0, abs(values[-1])) * len(values):
-        return hessian, None
-    concave = (vectors * np.maximum(-values, 0.0)) @ vectors.T
-    convex = hessian + concave
-    return 0.5 * (convex + convex.T), 0.5 * (concave + concave.T)

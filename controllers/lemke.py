@@ -1,7 +1,8 @@
 """The forward contact problem at given controls: Lemke's method on the polyhedral cone.
 
-Unknowns per contact (f_n, beta_1..beta_m, lam) as in docs/method.md section 3; the matrix is
-copositive, so that Lemke's method ends in a solution wherever one exists (Anitescu and Potra 1997).
+Unknowns per contact (f_n, beta_1..beta_m, lam) as in docs/method.md section 3. With factors of one
+the matrix is copositive, so that Lemke's method ends in a solution wherever one exists (Anitescu
+and Potra 1997); with others that is not known, and ``_sweep`` stands behind it.
 Ties in the ratio test are broken by a tiny fixed perturbation of the offsets; the modes read off
 the answer are then solved exactly, which takes the perturbation out again.
 """
@@ -100,7 +101,7 @@ def forward_contact(
     own = reduced.problem
     force = np.empty((k, 3))
     force[:, 0] = blocks[:, 0]
-    force[:, 1:] = (blocks[:, 1:-1] * own.scale) @ own.directions
+    force[:, 1:] = (blocks[:, 1:-1] * own.factors) @ own.directions
     points = reduced.points_at(controls, force.reshape(-1))
     violation = reduced.table.violation(points)
     modes = tuple(int(mode) for mode in np.argmin(violation, axis=1))
@@ -132,7 +133,8 @@ def _contact_lcp(reduced: ReducedProblem, controls: FloatArray) -> tuple[FloatAr
     test = np.zeros((k, m + 2, k, 3))
     each = np.arange(k)
     generate[each, 0, each, 0] = test[each, 0, each, 0] = 1.0
-    generate[each, 1:, each, 1 : m + 1] = np.swapaxes(own.directions * own.scale[:, :, None], 1, 2)
+    corners = own.directions * own.factors[:, :, None]
+    generate[each, 1:, each, 1 : m + 1] = np.swapaxes(corners, 1, 2)
     test[each, 1 : m + 1, each, 1:] = own.directions
     rows = test.reshape(k * (m + 2), 3 * k)
     matrix = rows @ reduced.mobility @ generate.reshape(3 * k, k * (m + 2))

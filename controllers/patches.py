@@ -7,6 +7,7 @@ node stands for it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -32,6 +33,8 @@ class Patch:
         frame: (3, 3), rows normal, tangent 1, tangent 2.
         friction: Coulomb coefficient.
         touching: whether any node of it touched in the last step.
+        area: its share of the area that touches; nan where patches are not weighed by area.
+        part: of the surface, which stays the same from step to step; None where it has none.
         factors: (8,) on the friction, for forces along directions evenly spread from tangent 1
             towards tangent 2; ones unless the character has directional friction.
     """
@@ -42,6 +45,8 @@ class Patch:
     friction: float
     touching: bool
     factors: FloatArray = field(default_factory=lambda: np.ones(DIRECTIONS))
+    area: float = math.nan
+    part: int | None = None
 
     def rows(self) -> FloatArray:
         """Velocity of the patch in its own frame, (3, 3n)."""
@@ -79,33 +84,43 @@ def _patch(view: BodyView, ground: Ground, region: str) -> Patch:
 
 
 def patch_of(
-    view: BodyView, ground: Ground, nodes: IntArray, gaps: FloatArray, normals: FloatArray
+    view: BodyView,
+    ground: Ground,
+    nodes: IntArray,
+    gaps: FloatArray,
+    normals: FloatArray,
+    shares: FloatArray | None = None,
 ) -> Patch:
-    """The patch of nodes (k,) with gaps (k,) m and normals (k, 3), as the ground measures them."""
-    frame = contact_frame(_mean_direction(normals))
+    """The patch of nodes (k,) with gaps (k,) m and normals (k, 3), as the ground measures them.
+
+    ``shares`` (k,), sum one, weigh the nodes in every mean; default all alike.
+    """
+    frame = contact_frame(_mean_direction(normals, shares))
     weights = np.zeros(view.node_count)
-    weights[nodes] = 1.0 / len(nodes)
+    weights[nodes] = 1.0 / len(nodes) if shares is None else shares
     return Patch(
         weights=weights,
-        gap=float(gaps.mean()),
+        gap=float(gaps.mean() if shares is None else shares @ gaps),
         frame=frame,
         friction=ground.friction,
         touching=bool(view.touching[nodes].any()),
-        factors=_force_factors(view, nodes, frame),
+        factors=_force_factors(view, nodes, frame, shares),
     )
 
 
-def _mean_direction(vectors: FloatArray) -> tuple[float, float, float]:
+def _mean_direction(vectors: FloatArray, shares: FloatArray | None) -> tuple[float, float, float]:
     """Unit mean of vectors (k, 3); the first itself where all are the same, to the last bit."""
     mean = vectors[0]
     if (vectors != mean).any():
-        mean = vectors.mean(axis=0)
+        mean = vectors.mean(axis=0) if shares is None else shares @ vectors
         mean = mean / np.linalg.norm(mean)
     x, y, z = mean.tolist()
     return x, y, z
 
 
-def _force_factors(view: BodyView, nodes: IntArray, frame: FloatArray) -> FloatArray:
+def _force_factors(
+    view: BodyView, nodes: IntArray, frame: FloatArray, shares: FloatArray | None
+) -> FloatArray:
     """Factors of a patch of nodes by the direction of the force, which opposes the sliding."""
     character = view.scene.character
     if not character.directional_friction:
@@ -118,7 +133,7 @@ def _force_factors(view: BodyView, nodes: IntArray, frame: FloatArray) -> FloatA
         factors_at(eight, sliding - angle)
         for eight, angle in zip(by_node.factors[nodes], forward, strict=True)
     ]
-    return np.asarray(np.mean(rows, axis=0))
+    return np.asarray(np.average(rows, axis=0, weights=shares))
 
 
 def _carried(view: BodyView, nodes: IntArray, directions: FloatArray) -> FloatArray:

@@ -17,11 +17,12 @@ there.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.controllers.piece_shapes import frictional_shapes, frictionless_shapes
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 from warp_softbody.frame import ContactMode
 
@@ -35,8 +36,6 @@ SLIDE = int(ContactMode.SLIDE)
 
 FRICTIONLESS = 1e-9
 """Friction coefficients up to this count as none: their cones are too thin for a stick piece."""
-
-NORMAL = np.array([1.0, 0.0, 0.0])
 
 
 def contact_mode(mode: int) -> ContactMode:
@@ -71,9 +70,15 @@ class PieceTable:
 
     def canonical(self, modes: tuple[int, ...]) -> tuple[int, ...]:
         """The same modes with repeated ones replaced by slide 0."""
+        if self._none_repeated:
+            return modes
         return tuple(
             mode if self.valid[contact, mode] else SLIDE for contact, mode in enumerate(modes)
         )
+
+    @cached_property
+    def _none_repeated(self) -> bool:
+        return bool(self.valid.all())
 
     def violation(self, points: FloatArray) -> FloatArray:
         """(K, M): how far each contact's (f, w), (K, 6), is from satisfying each piece."""
@@ -94,125 +99,29 @@ def _apply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 def piece_table(problem: ContactQPCC) -> PieceTable:
     """The pieces of a problem's contacts; kept between steps, as they depend on friction only."""
-    return _table(problem.friction.tobytes(), problem.scale.tobytes(), problem.directions.tobytes())
+    own = problem
+    return _table(own.friction.tobytes(), own.factors.tobytes(), own.directions.tobytes())
 
 
 @lru_cache(maxsize=64)
-def _table(friction: bytes, scale: bytes, directions: bytes) -> PieceTable:
-    plane = np.frombuffer(directions).reshape(-1, 2)
+def _table(friction: bytes, factors: bytes, directions: bytes) -> PieceTable:
     mu = np.frombuffer(friction)
-    radii = mu[:, None] * np.frombuffer(scale).reshape(len(mu), len(plane))
-    contacts = [_contact_pieces(row.tobytes(), directions) for row in radii]
-    if not contacts:
-        empty = _contact_pieces(np.ones(len(plane)).tobytes(), directions)
-        return PieceTable(*(np.stack([array])[:0] for array in empty))
-    return PieceTable(*(np.stack(arrays) for arrays in zip(*contacts, strict=True)))
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """One piece as lists of 3-vectors; see PieceTable."""
-
-    basis: list[FloatArray]
-    force_zero: list[FloatArray]
-    still: list[FloatArray]
-    force_rows: list[FloatArray]
-    velocity_rows: list[FloatArray]
-    force_rays: list[FloatArray]
-    velocity_rays: list[FloatArray]
-
-
-def _unit(vector: FloatArray) -> FloatArray:
-    unit: FloatArray = vector / np.linalg.norm(vector)
-    return unit
-
-
-def _tangent(vector: FloatArray) -> FloatArray:
-    return np.concatenate([np.zeros(1), _unit(vector)])
-
-
-@lru_cache(maxsize=64)
-def _contact_pieces(radii: bytes, directions: bytes) -> tuple[npt.NDArray[np.generic], ...]:
-    radius = np.frombuffer(radii)
-    plane = np.frombuffer(directions).reshape(-1, 2)
-    axes = list(np.eye(3))
-    plane_rays = [axes[1], axes[2], -axes[1], -axes[2]]
-    lift = _Piece([], axes, [], [], [NORMAL], [], [NORMAL, *plane_rays])
-    if not np.any(radius > FRICTIONLESS):
-        slip = _Piece([NORMAL], axes[1:], [NORMAL], [NORMAL], [], [NORMAL], plane_rays)
-        pieces = [lift, *([slip] * (2 * len(plane) + 1))]
-        valid = np.zeros(len(pieces), dtype=bool)
-        valid[[LIFT, SLIDE]] = True
-    else:
-        pieces = [lift, *_frictional_pieces(radius, plane)]
-        valid = np.ones(len(pieces), dtype=bool)
-    return (*_pack(pieces, len(plane)), valid)
-
-
-def _frictional_pieces(radius: FloatArray, plane: FloatArray) -> list[_Piece]:
-    """Stick, the slides and the edges of one contact with ``radius`` = mu S_j."""
-    m, axes = len(plane), list(np.eye(3))
-    rays = [np.r_[1.0, r * d] for r, d in zip(radius, plane, strict=True)]
-    away = [_tangent(-(plane[j] + plane[(j + 1) % m])) for j in range(m)]
-    facets = _cone_facets(rays)
-    pieces = [_Piece(axes, [], axes, facets, [], [_unit(g) for g in rays], [])]
-    for j, g in enumerate(rays):
-        perpendicular = np.array([-plane[j][1], plane[j][0]])
-        force_zero = [
-            _unit(np.r_[-radius[j], plane[j]]),
-            np.r_[0.0, perpendicular],
-        ]
-        toward = [_tangent(plane[i % m] - plane[j]) for i in (j - 1, j + 1)]
-        pieces.append(
-            _Piece([g], force_zero, [NORMAL], [NORMAL], toward, [_unit(g)], [away[j - 1], away[j]])
-        )
-    for j, g in enumerate(rays):
-        other = rays[(j + 1) % m]
-        inside = [_unit(row) for row in np.linalg.pinv(np.stack([g, other], axis=1))]
-        still = [NORMAL, _tangent(plane[j] - plane[(j + 1) % m])]
-        between = [_unit(np.cross(g, other))]
-        ends = [_unit(g), _unit(other)]
-        pieces.append(_Piece([g, other], between, still, inside, [away[j]], ends, [away[j]]))
-    return pieces
-
-
-def _cone_facets(rays: list[FloatArray]) -> list[FloatArray]:
-    """Inward unit normals of the facets of the cone that the rays generate around the normal."""
-    stack = np.stack(rays)
-    facets: list[FloatArray] = []
-    for i, first in enumerate(rays):
-        for second in rays[i + 1 :]:
-            normal = np.cross(first, second)
-            size = float(np.linalg.norm(normal))
-            if size < 1e-12 or abs(normal[0]) < 1e-12 * size:
-                continue
-            normal *= np.sign(normal[0]) / size
-            if np.min(stack @ normal) >= -1e-10 and not any(
-                np.allclose(normal, known, atol=1e-9) for known in facets
-            ):
-                facets.append(normal)
-    return facets
-
-
-def _pack(pieces: list[_Piece], m: int) -> tuple[npt.NDArray[np.generic], ...]:
-    """Pad the lists of all pieces into arrays."""
-    row_count, ray_count = max(m, 3), max(m, 5)
-    basis, still = np.zeros((len(pieces), 3, 3)), np.zeros((len(pieces), 3, 3))
-    rows, used = np.zeros((len(pieces), row_count, 6)), np.zeros((len(pieces), row_count), bool)
-    equality, rays = np.zeros((len(pieces), 3, 6)), np.zeros((len(pieces), ray_count, 6))
-    for i, piece in enumerate(pieces):
-        for j, vector in enumerate(piece.basis):
-            basis[i, :, j] = vector
-        still[i, : len(piece.still)] = np.reshape(piece.still, (-1, 3))
-        for target, force_side, velocity_side in (
-            (rows[i], piece.force_rows, piece.velocity_rows),
-            (equality[i], piece.force_zero, piece.still),
-            (rays[i], piece.force_rays, piece.velocity_rays),
-        ):
-            split, end = len(force_side), len(force_side) + len(velocity_side)
-            target[:split, :3] = np.reshape(force_side, (-1, 3))
-            target[split:end, 3:] = np.reshape(velocity_side, (-1, 3))
-        used[i, : len(piece.force_rows) + len(piece.velocity_rows)] = True
-    count = np.array([len(piece.basis) for piece in pieces])
-    walls = np.concatenate([rows, equality, -equality], axis=1)
-    return basis, still, count, rows, used, walls, rays
+    m = len(directions) // 16
+    radius = mu[:, None] * np.frombuffer(factors).reshape(len(mu), m)
+    rough = np.any(radius > FRICTIONLESS, axis=1)
+    shapes = frictionless_shapes(len(mu), directions)
+    for part, rough_part in zip(shapes, frictional_shapes(radius[rough], directions), strict=True):
+        part[rough] = rough_part
+    rows, equality = shapes.rows, shapes.equality
+    valid = np.ones((len(mu), 2 + 2 * m), dtype=bool)
+    valid[~rough] = np.isin(np.arange(2 + 2 * m), [LIFT, SLIDE])
+    return PieceTable(
+        basis=shapes.basis,
+        still=shapes.still,
+        count=np.any(shapes.still, axis=3).sum(axis=2),
+        rows=rows,
+        row_used=shapes.used,
+        walls=np.concatenate([rows, equality, -equality], axis=2),
+        rays=shapes.rays,
+        valid=valid,
+    )

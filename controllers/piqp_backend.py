@@ -12,12 +12,6 @@ import scipy.sparse as sp
 from warp_softbody.controllers.qp import QPMultipliers, QPProblem, QPSolution, QPStatus, checked
 from warp_softbody.errors import InputError
 
-SPARSE_SIZE = 150
-"""Variables above which a problem with few entries goes to the sparse solver."""
-
-SPARSE_FILL = 0.1
-"""Share of entries below which that is worth it."""
-
 VERDICTS = {
     piqp.PIQP_PRIMAL_INFEASIBLE: QPStatus.INFEASIBLE,
     piqp.PIQP_DUAL_INFEASIBLE: QPStatus.UNBOUNDED,
@@ -55,13 +49,13 @@ class PIQPBackend:
 
     def solve(self, problem: QPProblem) -> QPSolution:
         """Solve one QP from scratch (an interior point method has no warm start)."""
-        sparse = _sparse(problem)
+        sparse = sp.issparse(problem.P)
         solver = piqp.SparseSolver() if sparse else piqp.DenseSolver()
         for name, value in self._settings.items():
             setattr(solver.settings, name, value)
         matrix = sp.csc_matrix if sparse else np.asfortranarray
         rows, equations = problem.h.size > 0, problem.b.size > 0
-        symmetric = problem.P.flags.c_contiguous and not sparse
+        symmetric = not sparse and problem.P.flags.c_contiguous
         solver.setup(
             # P is symmetric: its transpose is the column-major copy that PIQP wants.
             problem.P.T if symmetric else matrix(problem.P),
@@ -88,11 +82,3 @@ class PIQPBackend:
             otherwise=VERDICTS.get(status, QPStatus.UNSOLVED),
             iterations=int(result.info.iter),
         )
-
-
-def _sparse(problem: QPProblem) -> bool:
-    if len(problem.c) <= SPARSE_SIZE:
-        return False
-    parts = (problem.P, problem.A, problem.G)
-    entries = sum(int(np.count_nonzero(part)) for part in parts)
-    return entries < SPARSE_FILL * sum(part.size for part in parts)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.controllers.qpcc import FloatArray
+from warp_softbody.controllers.rows import Matrix
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -39,13 +40,13 @@ class QPStatus(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class QPProblem:
-    """Arrays of one QP; A and b, and G and h, may have no rows."""
+    """Arrays of one QP; A and b, and G and h, may have no rows; P, A and G may all be sparse."""
 
-    P: FloatArray
+    P: Matrix
     c: FloatArray
-    A: FloatArray
+    A: Matrix
     b: FloatArray
-    G: FloatArray
+    G: Matrix
     h: FloatArray
     lower: FloatArray
     upper: FloatArray

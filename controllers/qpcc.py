@@ -8,6 +8,9 @@ velocity:
     0 <= f_n    _|_  w_n >= 0
     0 <= beta_j _|_  d_j . w_t + lam >= 0          f_t = sum_j S_j beta_j d_j
     0 <= lam    _|_  mu f_n - sum_j beta_j >= 0
+
+S scales the force of each direction and not its velocity: friction opposes the sliding, as in the
+simulator, and has the size that belongs to that way (docs/qpcc.md).
 """
 
 from __future__ import annotations
@@ -37,6 +40,11 @@ def uniform_directions(count: int = 8) -> FloatArray:
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
+def _ones() -> FloatArray:
+    """Stands for factors of one, whose shape only the other arrays tell."""
+    return np.zeros(0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class ContactQPCC:
     """One step's control problem; arrays are kept as read-only float64 copies.
@@ -55,7 +63,7 @@ class ContactQPCC:
         velocity_from_forces: Wf, (3K, 3K), the Delassus matrix, symmetric up to rounding.
         friction: mu, (K,), or one number for all contacts.
         directions: d_j, (m, 2) unit vectors ordered by angle, no gap of half a turn or more.
-        direction_scale: S, (K, m), > 0: friction's share per direction (directional friction).
+        factors: S, (K, m), > 0: on the friction, by the direction of the force; default ones.
     """
 
     hessian: FloatArray
@@ -68,19 +76,22 @@ class ContactQPCC:
     velocity_from_forces: FloatArray
     friction: FloatArray
     directions: FloatArray = field(default_factory=uniform_directions)
-    direction_scale: FloatArray | None = None
+    factors: FloatArray = field(default_factory=_ones)
 
     def __post_init__(self) -> None:
         """Convert, then check shapes, numbers and convexity."""
         for name in (entry.name for entry in fields(self)):
             value = getattr(self, name)
-            if name != "constant" and value is not None:
+            if name != "constant":
                 array = np.array(value, np.float64, order="C")
                 array.setflags(write=False)
                 object.__setattr__(self, name, array)
         if self.friction.ndim == 0 and self.velocity_offset.ndim == 1:
             spread = np.full(self.velocity_offset.size // 3, float(self.friction))
             object.__setattr__(self, "friction", spread)
+        if self.factors.size == 0:
+            ones = np.ones((self.friction.size, self.directions.shape[0]))
+            object.__setattr__(self, "factors", ones)
         self._check_shapes()
         self._check_numbers()
         self._check_law()
@@ -104,13 +115,6 @@ class ContactQPCC:
         speed = float((np.abs(self.velocity_offset) + spread).max(initial=0.0)) or 1.0
         mobility = self.velocity_from_forces.trace() / max(spread.size, 1)
         return speed, speed / float(mobility) if mobility > 0.0 else 1.0
-
-    @cached_property
-    def scale(self) -> FloatArray:
-        """S, (K, m); ones where friction is the same in every direction."""
-        if self.direction_scale is None:
-            return np.ones((self.contact_count, len(self.directions)))
-        return self.direction_scale
 
     def velocity(self, controls: FloatArray, forces: FloatArray) -> FloatArray:
         """``w0 + Wu u + Wf f``, (K, 3) m/s; forces (K, 3) N s."""
@@ -137,9 +141,8 @@ class ContactQPCC:
             "velocity_from_forces": (3 * k, 3 * k),
             "friction": (k,),
             "directions": (m, 2),
+            "factors": (k, m),
         }
-        if self.direction_scale is not None:
-            expected["direction_scale"] = (k, m)
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise InputError(f"QPCC {name} must be {shape}, got {getattr(self, name).shape}")
@@ -147,8 +150,6 @@ class ContactQPCC:
     def _check_numbers(self) -> None:
         for entry in fields(self):
             value = getattr(self, entry.name)
-            if value is None:
-                continue
             finite = np.isfinite(value)
             if entry.name in ("lower", "upper"):
                 finite = ~np.isnan(value)
@@ -166,10 +167,8 @@ class ContactQPCC:
             )
 
     def _check_law(self) -> None:
-        if np.any(self.friction < 0.0) or np.any(self.scale <= 0.0):
-            raise InputError(
-                "QPCC friction must not be negative and direction_scale must be positive"
-            )
+        if np.any(self.friction < 0.0) or np.any(self.factors <= 0.0):
+            raise InputError("QPCC friction must not be negative and factors must be positive")
         following = np.roll(self.directions, -1, axis=0)
         turn = self.directions[:, 0] * following[:, 1] - self.directions[:, 1] * following[:, 0]
         unit = np.abs(np.linalg.norm(self.directions, axis=1) - 1.0) < 1e-9

@@ -124,7 +124,7 @@ class ReducedProblem:
         """
         nu, force = len(self.lower), node.points[:, :3].reshape(-1)
         on_velocity = node.slopes[:, 3:].reshape(-1)
-        slopes = self._shifted(node.controls, force, on_velocity)
+        slopes = self._shifted(self._force_gradient(node.controls, force), on_velocity)
         rest = self._gradient[:nu] + self._uu @ node.controls + self._uf @ force
         rest = rest - on_velocity @ self.free[:, 1:]
         at_lower = node.controls <= self.lower + AT_BOUND
@@ -153,9 +153,9 @@ class ReducedProblem:
         force = forces.at(controls)
         # The multipliers of the still rows, by the transposed system.
         push, pull = pieces.press(multipliers)
-        total = self._force_gradient(controls, force) - push
-        held = ((total - pull @ self.mobility) @ pieces.basis) @ forces.inverse
-        slopes = self._shifted(controls, force, pull + pieces.pull(held))
+        gradient = self._force_gradient(controls, force)
+        held = ((gradient - push - pull @ self.mobility) @ pieces.basis) @ forces.inverse
+        slopes = self._shifted(gradient, pull + pieces.pull(held))
         return self._node(modes, controls, force, slopes, solution, origin)
 
     def _solve_kept(self, modes: tuple[int, ...], pieces: Blocks) -> Node | None:
@@ -185,14 +185,12 @@ class ReducedProblem:
         controls, force = solution.x[:nu], pieces.basis @ solution.x[nu:]
         multipliers = solution.multipliers.rows
         on_velocity = pieces.pull(solution.multipliers.equalities) + pieces.press(multipliers)[1]
-        slopes = self._shifted(controls, force, on_velocity)
+        slopes = self._shifted(self._force_gradient(controls, force), on_velocity)
         return self._node(modes, controls, force, slopes, solution, None)
 
-    def _shifted(
-        self, controls: FloatArray, force: FloatArray, on_velocity: FloatArray
-    ) -> FloatArray:
+    def _shifted(self, gradient: FloatArray, on_velocity: FloatArray) -> FloatArray:
         """Join the slope in w with the slope in f that the physics w = .. + Wf f leaves."""
-        on_force = self._force_gradient(controls, force) - self.mobility.T @ on_velocity
+        on_force = gradient - self.mobility.T @ on_velocity
         return np.concatenate([on_force.reshape(-1, 3), on_velocity.reshape(-1, 3)], axis=1)
 
     def _force_gradient(self, controls: FloatArray, force: FloatArray) -> FloatArray:

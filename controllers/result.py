@@ -36,6 +36,7 @@ class SolverOptions:
         kicks: how often a local minimum is left by forcing one contact into another mode;
             each costs one to three QPs. With a warm start 2 a step left a mean gap of a quarter
             of a percent; cold, 12 are worth having.
+        patience: kicks in a row without a better minimum after which no more are tried.
         starts: how many penalty runs from other points follow the first one, where no start is
             given; none of them with a warm start.
         time_limit: s; checked between QPs, so one QP may run over.
@@ -45,6 +46,7 @@ class SolverOptions:
 
     max_qps: int = 40
     kicks: int = 12
+    patience: int = 3
     starts: int = 0
     time_limit: float = math.inf
     tolerance: float = 1e-8
@@ -54,7 +56,7 @@ class SolverOptions:
         """Refuse budgets and tolerances that no solve could keep."""
         if self.max_qps < 1:
             raise InputError(f"solver max_qps must be at least 1, got {self.max_qps!r}")
-        for name in ("kicks", "starts"):
+        for name in ("kicks", "patience", "starts"):
             if getattr(self, name) < 0:
                 raise InputError(f"solver {name} must not be negative, got {getattr(self, name)!r}")
         for name in ("time_limit", "tolerance", "qp_tolerance"):
@@ -62,7 +64,7 @@ class SolverOptions:
                 raise InputError(f"solver {name} must be positive, got {getattr(self, name)!r}")
 
 
-COLD_OPTIONS = SolverOptions(max_qps=600, kicks=150, starts=8)
+COLD_OPTIONS = SolverOptions(max_qps=600, kicks=150, patience=150, starts=8)
 """What a solve without a start may spend where nothing is said."""
 
 

@@ -59,6 +59,7 @@ class Search:
         self.started = time.perf_counter()
         self.qp_count = 0
         self._known: dict[tuple[int, ...], Node | None] = {}
+        self._slopes: dict[tuple[int, ...], FloatArray] = {}
 
     @property
     def spent(self) -> bool:
@@ -79,7 +80,9 @@ class Search:
     def descend(self, node: Node) -> LocalMinimum:
         """Flip touching contacts while the objective falls: all that offer descent, else one."""
         while True:
-            slopes = self._touching_slopes(node)
+            if node.modes not in self._slopes:
+                self._slopes[node.modes] = self._touching_slopes(node)
+            slopes = self._slopes[node.modes]
             best = slopes.min(axis=1, initial=0.0)
             willing = np.flatnonzero(best < 0.0)
             if willing.size == 0:
@@ -104,13 +107,15 @@ class Search:
         queue = [(m.node.value, next(order), m, self._kicks(m.node)) for m in starts]
         heapq.heapify(queue)
         left, reached = self.options.kicks, {m.node.modes for m in starts}
-        while queue and left > 0 and not self.spent:
+        fruitless = 0
+        while queue and left > 0 and fruitless < self.options.patience and not self.spent:
             value, _, minimum, kicks = heapq.heappop(queue)
             modes = next((m for m in kicks if m not in self._known), None)
             if modes is None:
                 continue
             heapq.heappush(queue, (value, next(order), minimum, kicks))
             left -= 1
+            fruitless += 1
             node = self.visit(modes)
             if node is None:
                 continue
@@ -120,7 +125,7 @@ class Search:
             reached.add(found.node.modes)
             heapq.heappush(queue, (found.node.value, next(order), found, self._kicks(found.node)))
             if found.node.value < best.node.value - self._margin(best.node):
-                best = found
+                best, fruitless = found, 0
         return best
 
     def _margin(self, node: Node) -> float:
@@ -150,8 +155,10 @@ class Search:
         table = self.reduced.table
         slopes = table.descent(node.slopes)
         noise = SLOPE_NOISE * (1e-3 + float(np.abs(node.slopes).max(initial=0.0)))
-        offers = (slopes < -noise) & (table.violation(node.points) <= TOUCHING)
+        offers = slopes < -noise
         offers[np.arange(len(node.modes)), list(node.modes)] = False
+        if offers.any():
+            offers &= table.violation(node.points) <= TOUCHING
         return np.where(offers, slopes, 0.0)
 
     def _kicks(self, node: Node) -> Iterator[tuple[int, ...]]:

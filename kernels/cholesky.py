@@ -26,14 +26,17 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
+    free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
+    held, line = wp.constant(cg.HELD), wp.constant(cg.LINE)
 
     part_of_row = make_rows(precision, SUBJECT).part_of_row
 
     @func
-    def project_rows(kind: int, normal: vec3, value: mat33):
+    def project_rows(kind: int, axis: vec3, value: mat33):
         if kind == slides:
-            return value - wp.outer(normal, wp.transpose(value) * normal)
+            return value - wp.outer(axis, wp.transpose(value) * axis)
+        if kind == line:
+            return wp.outer(axis, wp.transpose(value) * axis)
         if kind == held:
             return mat33()
         return value
@@ -52,7 +55,7 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         # out
         upper: wp.array(dtype=mat33),
@@ -66,15 +69,18 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         for i in range(count):
             node = order[i]
             kind = kinds[node]
-            normal = normals[node]
+            axis = axes[node]
             pivot = wp.identity(n=3, dtype=scalar)
             if diagonal_slot[i] >= 0:
                 pivot = values[diagonal_slot[i]] + slip_stiffness[node]
                 given = scalar(0.3333333333333333) * wp.trace(pivot)
                 if kind == slides:
-                    pivot = project_rows(kind, normal, pivot)
-                    pivot = project_rows(kind, normal, wp.transpose(pivot))
-                    pivot += given * wp.outer(normal, normal)
+                    pivot = project_rows(kind, axis, pivot)
+                    pivot = project_rows(kind, axis, wp.transpose(pivot))
+                    pivot += given * wp.outer(axis, axis)
+                if kind == line:
+                    size = wp.dot(axis, pivot * axis) - given
+                    pivot = size * wp.outer(axis, axis) + given * wp.identity(n=3, dtype=scalar)
                 if kind == held:
                     pivot = given * wp.identity(n=3, dtype=scalar)
             for s in range(row_start[i], row_start[i + 1]):
@@ -88,10 +94,10 @@ def make_cholesky(precision: str) -> SimpleNamespace:
                     block_entry = values[slot]
                     other = order[column[s]]
                     if kind != free:
-                        block_entry = project_rows(kind, normal, block_entry)
+                        block_entry = project_rows(kind, axis, block_entry)
                     if kinds[other] != free:
                         across = wp.transpose(block_entry)
-                        across = project_rows(kinds[other], normals[other], across)
+                        across = project_rows(kinds[other], axes[other], across)
                         block_entry = wp.transpose(across)
                     entry = block_entry - known
                 upper[s] = entry

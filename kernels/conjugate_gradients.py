@@ -1,9 +1,9 @@
 """Preconditioned conjugate gradients, one right-hand side, on the velocities contact leaves free.
 
-The unknown is v+ in place. Each node is free, slides on a plane (its normal velocity is given), or
-is held; the operator is S (M~ + G) S with S the projector onto the free velocities and G the slip
-stiffness, a 3 x 3 block for each sliding node. Sums run over fixed chunks of
-nodes in a fixed order, in double precision, so a run repeats bit for bit.
+The unknown is v+ in place. Each node is free, slides on a plane (its normal velocity is given) or
+on a line (two components are given), or is held; the operator is S (M~ + G) S with S the projector
+onto the free velocities and G the slip stiffness, a 3 x 3 block for each sliding node. Sums run
+over fixed chunks of nodes in a fixed order, in double precision, so a run repeats bit for bit.
 """
 
 from functools import cache
@@ -19,6 +19,7 @@ SUBJECT = "conjugate_gradients"
 FREE = 0
 SLIDES = 1
 HELD = 2
+LINE = 3
 
 RESIDUAL_PRODUCT = 0
 TARGET_SQUARE = 1
@@ -44,15 +45,18 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free = wp.constant(FREE)
-    slides = wp.constant(SLIDES)
+    slides, line = wp.constant(SLIDES), wp.constant(LINE)
     loose_square = wp.constant(wp.float64(LOOSE_REDUCTION * LOOSE_REDUCTION))
 
     @func
-    def project(kind: int, normal: vec3, value: vec3):
+    def project(kind: int, axis: vec3, value: vec3):
+        # the axis is normal to the plane of a node that slides, or lies along its line
         if kind == free:
             return value
         if kind == slides:
-            return value - wp.dot(normal, value) * normal
+            return value - wp.dot(axis, value) * axis
+        if kind == line:
+            return wp.dot(axis, value) * axis
         return vec3()
 
     part_of_row = make_rows(precision, SUBJECT).part_of_row
@@ -109,7 +113,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         right_side: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
@@ -122,7 +126,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         for i in range(c * chunk, wp.min((c + 1) * chunk, x.shape[0])):
             value = right_side[i] - row_product(i, row_start, column, values, x)
             value -= slip_stiffness[i] * x[i]
-            value = project(kinds[i], normals[i], value)
+            value = project(kinds[i], axes[i], value)
             r[i] = value
             total += double_dot(value, value)
         partial[c] = total
@@ -151,7 +155,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         chunk: int,
         # in
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         r: wp.array(dtype=vec3),
         # out
         z: wp.array(dtype=vec3),
@@ -160,7 +164,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         c = wp.tid()
         total = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, r.shape[0])):
-            value = project(kinds[i], normals[i], z[i])
+            value = project(kinds[i], axes[i], z[i])
             z[i] = value
             total += double_dot(r[i], value)
         partial[c] = total
@@ -194,7 +198,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         p: wp.array(dtype=vec3),
         # out
@@ -206,7 +210,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         for i in range(c * chunk, wp.min((c + 1) * chunk, p.shape[0])):
             value = row_product(i, row_start, column, values, p)
             value += slip_stiffness[i] * p[i]
-            value = project(kinds[i], normals[i], value)
+            value = project(kinds[i], axes[i], value)
             q[i] = value
             total += double_dot(p[i], value)
         partial[c] = total

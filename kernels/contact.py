@@ -1,14 +1,11 @@
 """Frictional contact of the surface nodes with the ground, on the step's own velocities.
 
-Signorini's condition at velocity level with a gap term and Coulomb's law with the smooth cone,
-solved by a primal-dual active set: the modes (lift, stick, slide) fix which velocity components are
-given, conjugate gradients solve the true system for the rest, the residual at the given components
-is the contact impulse, and natural-map tests on impulse and velocity choose the modes anew
-(Hueeber, Stadler & Wohlmuth 2008). A sliding node's friction -g v_t / |v_t|, g = mu f_n from the
-last pass, enters as force and symmetric stiffness linearised at the last pass's velocity: by
-Newton's method (force -g d, stiffness g / |v_t| across d) where that velocity has nearly settled,
-else by Picard (stiffness g / |v_t| in every tangential direction), which is a descent method for
-given g and cannot reverse the sliding.
+Signorini's condition at velocity level with a gap term and Coulomb's law, solved by a primal-dual
+active set: the modes (lift, stick, slide) fix which velocity components are given, conjugate
+gradients solve the true system for the rest, the residual at the given components is the contact
+impulse, and natural-map tests on impulse and velocity choose the modes anew (Hueeber, Stadler &
+Wohlmuth 2008). ``contact_smooth`` and ``contact_polygon`` have the friction of a sliding node, with
+the bound of the last pass.
 """
 
 from functools import cache
@@ -19,17 +16,12 @@ import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.contact_directions import constant_factor, directional_factor
+from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
+from warp_softbody.kernels.contact_polygon import make_polygon_law
+from warp_softbody.kernels.contact_smooth import make_smooth_law
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "contact"
-
-LIFT = 0
-STICK = 1
-SLIDE = 2
-
-NEWTON_PASSES = 4
-"""Active-set passes of a step in which nodes may begin to slide and Newton's linearisation is
-used."""
 
 PASSES = 4
 AGAIN = 5
@@ -39,21 +31,27 @@ EARLIER_PASSES = 9
 
 
 @cache
-def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
+def make_contact(precision: str, directional: bool = False, directions: int = 0) -> SimpleNamespace:
     """Kernels ``impose``, ``hold_fixed``, ``update_modes`` and ``conclude_pass``.
 
-    With ``directional`` the friction of a node depends on the direction in which it slides.
+    With ``directional`` the friction of a node depends on the direction in which it slides; with
+    ``directions`` the cone has so many, and is smooth without.
     """
     subject = "directional_contact" if directional else SUBJECT
+    if directions:
+        subject += f"_of_{directions}"
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel, func = types.kernel(subject), types.func(subject)
+    kernel = types.kernel(subject)
     vec2 = wp.types.vector(length=2, dtype=scalar)
     row_product = cg.make_conjugate_gradients(precision).row_product
     make_factor = directional_factor if directional else constant_factor
     friction_factor = make_factor(precision, subject)
-    free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
-    newton_passes = wp.constant(NEWTON_PASSES)
+    law = make_smooth_law(precision, subject)
+    if directions:
+        law = make_polygon_law(precision, subject, directions)
+    freedom_of, coulomb_violation, choose = law.freedom_of, law.coulomb_violation, law.choose
+    free, line, held = wp.constant(cg.FREE), wp.constant(cg.LINE), wp.constant(cg.HELD)
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
 
@@ -68,6 +66,7 @@ def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
         normal_velocity: wp.array(dtype=scalar),
         # out
         kinds: wp.array(dtype=int),
+        axes: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
     ):
         c = wp.tid()
@@ -79,9 +78,13 @@ def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
             if mode == stick:
                 kind = held
                 x[i] = normal_velocity[c] * n
-            elif mode == slide:
-                kind = slides
-                x[i] = x[i] + (normal_velocity[c] - wp.dot(n, x[i])) * n
+            elif mode != lift:
+                kind, axis = freedom_of(mode, n)
+                axes[i] = axis
+                if kind == line:
+                    x[i] = normal_velocity[c] * n + wp.dot(axis, x[i]) * axis
+                else:
+                    x[i] = x[i] + (normal_velocity[c] - wp.dot(n, x[i])) * n
             kinds[i] = kind
 
     @kernel
@@ -96,30 +99,6 @@ def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
         if fixed[i] != 0:
             kinds[i] = held
             x[i] = vec3()
-
-    @func
-    def linearised_friction(
-        n: vec3, bound: scalar, sliding: vec3, last: vec3, slowest: scalar, newton: bool
-    ):
-        # -bound v / |v|: by Newton's method where v has nearly settled, else by Picard's
-        speed = wp.max(wp.length(sliding), slowest)
-        direction = sliding / speed
-        force = vec3()
-        stiffness = (bound / speed) * (wp.identity(n=3, dtype=scalar) - wp.outer(n, n))
-        settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
-        if settled and newton:
-            force = -bound * direction
-            stiffness -= (bound / speed) * wp.outer(direction, direction)
-        return force, stiffness
-
-    @func
-    def coulomb_violation(friction: vec3, trial: vec3, bound: scalar):
-        # distance of the friction from the projection of the trial onto the disc of the bound
-        size = wp.length(trial)
-        nearest = trial
-        if size > bound:
-            nearest = (bound / size) * trial
-        return wp.length(friction - nearest)
 
     @kernel
     def update_modes(
@@ -188,40 +167,21 @@ def make_contact(precision: str, directional: bool = False) -> SimpleNamespace:
                 slip_velocities[i] = vec3()
         else:
             trial = friction - weight * sliding
-            size = wp.length(trial)
             factor = friction_factor(c, i, n, -trial, forward, friction_factors, node_rotations)
             bound = factor * friction_coefficient[c] * wp.max(normal_impulse, scalar(0.0))
             violations[c] = vec2(
-                wp.max(-normal_impulse, scalar(0.0)), coulomb_violation(friction, trial, bound)
+                wp.max(-normal_impulse, scalar(0.0)), coulomb_violation(n, friction, trial, bound)
             )
-            next_mode = stick
-            # to begin, it must exceed the cone by what would move its own block noticeably
-            margin = wp.min(weight * tolerances[3], scalar(0.01) * bound)
-            slips = size > bound + margin + tolerances[0]
-            if mode == slide:
-                slips = size > bound and wp.length(sliding) > tolerances[3]
-                # friction that would reverse the sliding stops it instead
-                slips = slips and wp.dot(slip_velocities[i], sliding) >= scalar(0.0)
-            if slips and (mode == slide or counters[PASSES] < newton_passes):
-                next_mode = slide
-                if mode == stick:
-                    # the full friction against where it is driven; its speed is not known yet
-                    force = (bound / size) * trial
-                    slip_velocities[i] = (scalar(-1.0) / weight) * trial
-                else:
-                    direction = sliding / wp.max(wp.length(sliding), tolerances[3])
-                    law = friction + bound * direction
-                    # the law cannot be kept closer than the residual that the solver leaves, or
-                    # than the rounding of the products with this node's velocity
-                    left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
-                    left += rounding * weight * wp.length(x[i])
-                    if wp.length(law) > tolerances[2] * bound + tolerances[0] + left:
-                        changed[c] = 1
-                    newton = counters[PASSES] < newton_passes
-                    force, stiffness = linearised_friction(
-                        n, bound, sliding, slip_velocities[i], tolerances[3], newton
-                    )
-                    slip_velocities[i] = sliding
+            # the law cannot be kept closer than the residual that the solver leaves, or than the
+            # rounding of the products with this node's velocity
+            left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
+            left += rounding * weight * wp.length(x[i])
+            last = slip_velocities[i]
+            next_mode, unsettled, force, stiffness, made_at = choose(
+                mode, n, friction, sliding, last, bound, weight, left, counters[PASSES], tolerances
+            )
+            changed[c] = unsettled
+            slip_velocities[i] = made_at
         if next_mode != mode:
             changed[c] = 1
         modes[c] = next_mode

@@ -110,22 +110,26 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         next_positions[i] = positions[i] + step_factors[0] * x[i]
 
     @kernel
-    def farthest(
+    def find_extremes(
         # in
         positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
         # out
-        reach: wp.array(dtype=wp.float64),
+        extremes: wp.array(dtype=wp.float64),
     ):
-        # largest coordinate
-        largest = scalar(0.0)
+        # largest coordinate and largest component of a velocity
+        reach = scalar(0.0)
+        speed = scalar(0.0)
         for i in range(positions.shape[0]):
-            largest = wp.max(largest, wp.max(wp.abs(positions[i])))
-        reach[0] = wp.float64(largest)
+            reach = wp.max(reach, wp.max(wp.abs(positions[i])))
+            speed = wp.max(speed, wp.max(wp.abs(velocities[i])))
+        extremes[0] = wp.float64(reach)
+        extremes[1] = wp.float64(speed)
 
     return SimpleNamespace(
         right_side=right_side,
         newton_right_side=newton_right_side,
         begin_iteration=begin_iteration,
         advance_state=advance_state,
-        farthest=farthest,
+        find_extremes=find_extremes,
     )

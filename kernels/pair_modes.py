@@ -1,4 +1,4 @@
-"""Modes of the pairs of a node and a triangle: the rules of ``kernels/contact.py``.
+"""Modes of the pairs of a node and a triangle: the rules of ``kernels/contact.py``, smooth cone.
 
 Velocity and impulse are those of the node relative to the triangle; the triangle's corners bear the
 opposite impulse by their weights. A pair's own block is that of the two sides in series.
@@ -11,16 +11,9 @@ import numpy as np
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
-from warp_softbody.kernels.contact import (
-    AGAIN,
-    CHANGED,
-    LIFT,
-    NEWTON_PASSES,
-    PASSES,
-    SLIDE,
-    STICK,
-    TOUCHING,
-)
+from warp_softbody.kernels.contact import AGAIN, CHANGED, PASSES, TOUCHING
+from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
+from warp_softbody.kernels.contact_smooth import make_smooth_law
 from warp_softbody.kernels.pair_rows import DAMPING, SUBJECT, make_pair_rows
 from warp_softbody.kernels.precision import real
 
@@ -38,7 +31,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     narrow, remove = rows.narrow, rows.remove
     damping = wp.constant(wp.float64(DAMPING))
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
-    newton_passes = wp.constant(NEWTON_PASSES)
+    law = make_smooth_law(precision, SUBJECT)
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
 
     @func
@@ -98,20 +91,6 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             return scalar(0.0)
         return scalar(3.0) / wp.trace(values[diagonal_slot[i]])
 
-    @func
-    def linearised_friction(
-        n: vec3, bound: scalar, sliding: vec3, last: vec3, slowest: scalar, newton: bool
-    ):
-        speed = wp.max(wp.length(sliding), slowest)
-        direction = sliding / speed
-        force = vec3()
-        stiffness = (bound / speed) * (wp.identity(n=3, dtype=scalar) - wp.outer(n, n))
-        settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
-        if settled and newton:
-            force = -bound * direction
-            stiffness -= (bound / speed) * wp.outer(direction, direction)
-        return force, stiffness
-
     @kernel
     def update_pairs(
         # model
@@ -159,7 +138,6 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         normal_speed = wp.dot(n, u)
         sliding = u - normal_speed * n
         friction = impulse - normal_impulse * n
-        newton = counters[PASSES] < newton_passes
         next_mode = lift
         if mode == lift:
             violations[c] = vec2(weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0))
@@ -173,39 +151,24 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
                 changed[c] = 1
                 slip_velocities[c] = vec3()
         else:
-            trial = friction - weight * sliding
-            size = wp.length(trial)
             bound = friction_coefficient * wp.max(normal_impulse, scalar(0.0))
-            nearest = trial
-            if size > bound:
-                nearest = (bound / size) * trial
+            trial = friction - weight * sliding
             violations[c] = vec2(
-                wp.max(-normal_impulse, scalar(0.0)), wp.length(friction - nearest)
+                wp.max(-normal_impulse, scalar(0.0)),
+                law.coulomb_violation(n, friction, trial, bound),
             )
-            next_mode = stick
-            margin = wp.min(weight * tolerances[3], scalar(0.01) * bound)
-            slips = size > bound + margin + tolerances[0]
-            if mode == slide:
-                slips = size > bound and wp.length(sliding) > tolerances[3]
-                slips = slips and wp.dot(slip_velocities[c], sliding) >= scalar(0.0)
-            if slips and (mode == slide or newton):
-                next_mode = slide
-                if mode == stick:
-                    frictions[c] = (bound / size) * trial
-                    slip_velocities[c] = (scalar(-1.0) / weight) * trial
-                else:
-                    direction = sliding / wp.max(wp.length(sliding), tolerances[3])
-                    law = friction + bound * direction
-                    left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
-                    left += rounding * weight * wp.length(x[pairs.nodes[c]])
-                    if wp.length(law) > tolerances[2] * bound + tolerances[0] + left:
-                        changed[c] = 1
-                    force, block = linearised_friction(
-                        n, bound, sliding, slip_velocities[c], tolerances[3], newton
-                    )
-                    frictions[c] = force
-                    stiffness[c] = block
-                    slip_velocities[c] = sliding
+            # the law cannot be kept closer than the residual that the solver leaves, or than the
+            # rounding of the products with this node's velocity
+            left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
+            left += rounding * weight * wp.length(x[pairs.nodes[c]])
+            last = slip_velocities[c]
+            next_mode, unsettled, force, block, made_at = law.choose(
+                mode, n, friction, sliding, last, bound, weight, left, counters[PASSES], tolerances
+            )
+            changed[c] = unsettled
+            frictions[c] = force
+            stiffness[c] = block
+            slip_velocities[c] = made_at
         if next_mode != mode:
             changed[c] = 1
         modes[c] = next_mode

@@ -44,6 +44,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
+    line = wp.constant(cg.LINE)
     stick = wp.constant(STICK)
     lift = wp.constant(LIFT)
     most = wp.constant(MOST_ITERATIONS)
@@ -73,7 +74,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     @wp.struct
     class Freedom:
         kinds: wp.array(dtype=int)
-        normals: wp.array(dtype=vec3)
+        axes: wp.array(dtype=vec3)
 
     @func
     def wide(v: vec3):
@@ -110,9 +111,11 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         # S at a node
         if freedom.kinds[i] == free:
             return v
+        axis = wide(freedom.axes[i])
         if freedom.kinds[i] == slides:
-            n = wide(freedom.normals[i])
-            return v - (wp.dot(n, v) / wp.dot(n, n)) * n
+            return v - (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
+        if freedom.kinds[i] == line:
+            return (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
         return vec3d()
 
     @func

@@ -26,7 +26,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    slides, held = wp.constant(cg.SLIDES), wp.constant(cg.HELD)
+    slides, line, held = wp.constant(cg.SLIDES), wp.constant(cg.LINE), wp.constant(cg.HELD)
 
     project = cg.make_conjugate_gradients(precision).project
     part_of_row = make_rows(precision, SUBJECT).part_of_row
@@ -38,7 +38,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         # out
         pivot_inverse: wp.array(dtype=mat33),
@@ -47,13 +47,15 @@ def make_two_level(precision: str) -> SimpleNamespace:
         i = wp.tid()
         pivot = values[diagonal_slot[i]] + slip_stiffness[i]
         kind = kinds[i]
-        normal = normals[i]
+        axis = axes[i]
         inverse = mat33()
         if kind == slides:
-            across = wp.identity(n=3, dtype=scalar) - wp.outer(normal, normal)
+            across = wp.identity(n=3, dtype=scalar) - wp.outer(axis, axis)
             size = scalar(0.3333333333333333) * wp.trace(pivot)
-            bounded = across * pivot * across + size * wp.outer(normal, normal)
+            bounded = across * pivot * across + size * wp.outer(axis, axis)
             inverse = across * wp.inverse(bounded) * across
+        elif kind == line:
+            inverse = wp.outer(axis, axis) / wp.dot(axis, pivot * axis)
         elif kind != held:
             inverse = wp.inverse(pivot)
         pivot_inverse[i] = scalar(0.5) * (inverse + wp.transpose(inverse))
@@ -87,7 +89,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         z: wp.array(dtype=vec3),
         # out
@@ -100,7 +102,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         for k in range(aggregate_start[aggregate], aggregate_start[aggregate + 1]):
             i = aggregate_nodes[k]
             behind = part_of_row(diagonal_slot[i] + 1, row_start[i + 1], column, values, z)
-            behind = wp.transpose(rotations[i]) * project(kinds[i], normals[i], behind)
+            behind = wp.transpose(rotations[i]) * project(kinds[i], axes[i], behind)
             force -= behind
             moment -= wp.cross(offsets[i], behind)
         coarse[2 * aggregate] = force
@@ -113,7 +115,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         offsets: wp.array(dtype=vec3),
         # in
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         coarse: wp.array(dtype=vec3),
         # out
@@ -123,7 +125,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         aggregate = aggregate_of[i]
         if aggregate >= 0:
             motion = coarse[2 * aggregate] + wp.cross(coarse[2 * aggregate + 1], offsets[i])
-            z[i] = z[i] + project(kinds[i], normals[i], rotations[i] * motion)
+            z[i] = z[i] + project(kinds[i], axes[i], rotations[i] * motion)
 
     @kernel
     def sweep_backward(
@@ -225,7 +227,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         z: wp.array2d(dtype=block),
         # out
@@ -265,7 +267,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         offsets: wp.array(dtype=vec3),
         # in
         kinds: wp.array(dtype=int),
-        normals: wp.array(dtype=vec3),
+        axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         coarse: wp.array2d(dtype=block),
         # out

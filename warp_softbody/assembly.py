@@ -9,6 +9,7 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.kernels.elasticity import make_elasticity
+from warp_softbody.kernels.exact_volume import make_exact_volume
 from warp_softbody.kernels.smoothing import make_smoothing
 from warp_softbody.kernels.tangent import make_tangent
 from warp_softbody.model import Model
@@ -49,6 +50,10 @@ class Assembly:
         self._gradients = model.zeros(4 * m, types.vec3)
         self._forces = model.zeros(4 * m, types.vec3)
         self._edge_count = len(model.topology.edge_slots)
+        self._exact_volume: Any = None
+        if any(part.material.volume == "exact" for part in model.materials):
+            self._exact_volume = make_exact_volume(options.precision)
+            self._volume_gradients = model.zeros(4 * m, types.vec3)
         self._tangent: Any = None
         self._smoothing: Any = None
         if options.tangent != "warped":
@@ -117,7 +122,11 @@ class Assembly:
             corners = slice(4 * a, 4 * b)
             outputs = [self.rotations[a:b], self._gradients[corners], self._areas(a, b)]
             outputs.append(self._forces[corners])
-            self._launch(self._elasticity.deform_tets, a, b, inputs, outputs)
+            elasticity = self._elasticity
+            if part.material.volume == "exact":
+                elasticity = self._exact_volume
+                outputs.append(self._volume_gradients[corners])
+            self._launch(elasticity.deform_tets, a, b, inputs, outputs)
 
     def _deform(self, positions: Any, a: int, b: int) -> None:
         inputs = [*self._body(a, b), self._muscular, positions]
@@ -162,7 +171,12 @@ class Assembly:
             self._launch(kernel, a, b, inputs, [self.values])
 
     def _edges(self, first: int, last: int) -> None:
-        self._each_edge(self._elasticity.stiffness_edges, first, last)
+        for part, a, b in self._by_body("edges", first, last):
+            if part.material.volume == "exact":
+                kernel = self._exact_volume.stiffness_edges
+                self._each_edge(kernel, a, b, self._volume_gradients)
+            else:
+                self._each_edge(self._elasticity.stiffness_edges, a, b)
 
     def _smoothed_edges(self, first: int, last: int) -> None:
         self._each_edge(self._smoothing.smoothed_edges, first, last, self._volume_gradients)

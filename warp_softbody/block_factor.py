@@ -25,13 +25,13 @@ class Freedom:
     """Which velocities contact leaves free; device arrays over nodes.
 
     Attributes:
-        kinds: FREE, SLIDES or HELD of ``kernels.conjugate_gradients``.
-        normals: vec3, of the plane on which a node slides.
+        kinds: FREE, SLIDES, LINE or HELD of ``kernels.conjugate_gradients``.
+        axes: vec3, normal to the plane on which a node slides, or along its line.
         slip_stiffness: mat33 kg, added to the diagonal blocks.
     """
 
     kinds: Any
-    normals: Any
+    axes: Any
     slip_stiffness: Any
 
 
@@ -67,7 +67,7 @@ class BlockFactor:
         """Launch the factorisation of a matrix on the velocities left free."""
         structure = [self._row_start, self._column, self._matrix_slot, self._diagonal_slot]
         updates = [self._update_start, self._update_pairs, self._order]
-        contact = [freedom.kinds, freedom.normals, freedom.slip_stiffness]
+        contact = [freedom.kinds, freedom.axes, freedom.slip_stiffness]
         self._launch(
             self._kernels.factorise,
             1,

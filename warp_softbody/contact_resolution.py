@@ -9,10 +9,10 @@ import warp as wp
 
 from warp_softbody.assembly import Assembly
 from warp_softbody.block_factor import Freedom
+from warp_softbody.friction_cone import make_friction
 from warp_softbody.ground_detection import make_detection
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels import contact as contact_kernels
-from warp_softbody.kernels.contact import make_contact
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
@@ -40,8 +40,7 @@ class ContactResolution:
         types, n = model.types, model.node_count
         self._model = model
         self._assembly = assembly
-        directional = bool(model.body.directional_friction)
-        self._kernels = make_contact(model.options.precision, directional)
+        self._kernels = make_friction(model)
         self._begin_iteration = make_contact_ends(model.options.precision).begin_iteration
         self._detection = make_detection(model)
         self.right = model.zeros(n, types.vec3)
@@ -55,8 +54,10 @@ class ContactResolution:
         self.preconditioner = make_preconditioner(model, assembly.values, assembly.node_rotations)
         self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
         self._pairs: PairContact | None = None
+        self._renewing = False
+        self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
-            where = (self._solver.kinds, self._solver.normals)
+            where = (self._solver.kinds, self._solver.axes)
             self._pairs = PairContact(model, *where, assembly.values)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
@@ -68,6 +69,7 @@ class ContactResolution:
         """Which surfaces may touch in a step from ``state`` on; not to be captured."""
         if self._pairs is not None and contacts.pairs is not None:
             self._pairs.find(state, contacts.pairs)
+            self._renewing = self.preconditioner.stale
 
     def launch_first(self, state: State, contacts: Contacts, renew: bool) -> None:
         """Launch the first solve of a step, with the modes of the last one."""
@@ -107,10 +109,10 @@ class ContactResolution:
         m, a, k = self._model, self._model.arrays, self._kernels
         if m.contact_count:
             inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
-            outputs = [self._solver.kinds, self.x]
+            outputs = [self._solver.kinds, self._solver.axes, self.x]
             self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
         self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self.x])
-        freedom = Freedom(self._solver.kinds, self._solver.normals, contacts.slip_stiffness)
+        freedom = Freedom(self._solver.kinds, self._solver.axes, contacts.slip_stiffness)
         if renew:
             self.preconditioner.renew(freedom)
         self.preconditioner.prepare(freedom)
@@ -158,13 +160,16 @@ class ContactResolution:
         ]
         self._launch(self._kernels.update_modes, m.contact_count, [*inputs, *now], outputs)
 
-    def read_statistics(self, *, resolved: bool) -> StepStatistics:
-        """What the step took; ``resolved`` is passed on."""
+    def read_statistics(self, *, resolved: bool, fastest: float) -> StepStatistics:
+        """What the step took; the arguments are passed on."""
         counters = self._solver.counters.numpy()
         passes = counters[contact_kernels.PASSES] + counters[contact_kernels.EARLIER_PASSES]
         passes = max(self._model.options.newton_iterations, int(passes))
         iterations = int(counters[cg.TOTAL_ITERATIONS])
-        self.preconditioner.used(iterations, fresh=FRESH_ITERATIONS * passes)
+        if self._renewing:
+            # no preconditioner knows of pairs, so more is left to the iteration
+            self._fresh = max(FRESH_ITERATIONS, iterations / passes)
+        self.preconditioner.used(iterations, fresh=int(self._fresh * passes))
         dt = self._model.options.time_step
         signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
         return StepStatistics(
@@ -175,6 +180,7 @@ class ContactResolution:
             contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
             finite=bool(np.isfinite(self._solver.scalars.numpy()[cg.LAST_SQUARE])),
             resolved=resolved,
+            fastest=fastest,
             signorini=signorini,
             coulomb=coulomb,
         )

@@ -46,6 +46,7 @@ class ConjugateGradients:
         self.counters = model.zeros(cg.COUNTERS, wp.int32)
         self.kinds = model.zeros(n, wp.int32)
         self.normals = model.zeros(n, types.vec3)
+        self.axes = model.zeros(n, types.vec3)
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 0) -> None:
         wp.launch(
@@ -71,7 +72,7 @@ class ConjugateGradients:
 
     def _operator(self, slip_stiffness: Any) -> tuple[list[Any], list[Any]]:
         rows = [self._model.chunk, self._model.arrays["row_start"], self._model.arrays["column"]]
-        return rows, [self._values, self.kinds, self.normals, slip_stiffness]
+        return rows, [self._values, self.kinds, self.axes, slip_stiffness]
 
     def solve(
         self, right_side: Any, slip_stiffness: Any, x: Any, constraints: Constraints | None = None
@@ -89,7 +90,7 @@ class ConjugateGradients:
 
         def iterate() -> None:
             self._preconditioner.apply(v["r"], v["z"])
-            filtered = [m.chunk, self.kinds, self.normals, v["r"]]
+            filtered = [m.chunk, self.kinds, self.axes, v["r"]]
             self._launch(k.filtered_product, filtered, [v["z"], s["rz"]])
             if constraints is not None:
                 # r is in the narrowed space, so its product with z stays what it is

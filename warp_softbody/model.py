@@ -11,6 +11,7 @@ import numpy.typing as npt
 from warp_softbody.aggregation import Aggregation, build_aggregation, coarse_matrix
 from warp_softbody.character import Character
 from warp_softbody.elimination import Elimination, build_elimination
+from warp_softbody.errors import InputError
 from warp_softbody.kernels.precision import Real, real
 from warp_softbody.model_arrays import Allocator, MaterialPart, device_arrays, material_parts
 from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout, join_layouts
@@ -137,6 +138,7 @@ class Model:
 def build_model(scene: Scene, options: SimulationOptions) -> Model:
     """The model of a scene: index arrays, rest shape, masses, muscle weights, ground."""
     body, parts = scene.whole, scene.parts
+    _refuse_mixtures(scene, options)
     mesh = body.mesh
     topology = build_topology(mesh.tets, len(mesh.points))
     fixed = np.zeros(len(mesh.points), dtype=bool)
@@ -167,6 +169,18 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
             make, scene, options, topology, aggregation, muscles, masses, materials
         ),
     )
+
+
+def _refuse_mixtures(scene: Scene, options: SimulationOptions) -> None:
+    for character in scene.characters:
+        if character.material.volume == "exact" and (
+            options.elements != "linear" or options.tangent != "warped"
+        ):
+            raise InputError(
+                f"body {character.name!r} resists its exact change of volume, which linear "
+                f"elements with the warped tangent know alone, got {options.elements} elements "
+                f"and the {options.tangent} tangent"
+            )
 
 
 def _masses(character: Character) -> FloatArray:

@@ -11,8 +11,10 @@ from warp_softbody.errors import InputError
 Precision = Literal["float32", "float64"]
 Tangent = Literal["warped", "conserving", "exact"]
 Elements = Literal["linear", "smoothed"]
+Cone = Literal["smooth", "4", "8"]
 TANGENTS: tuple[Tangent, ...] = get_args(Tangent)
 ELEMENTS: tuple[Elements, ...] = get_args(Elements)
+CONES: tuple[Cone, ...] = get_args(Cone)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +31,9 @@ class SimulationOptions:
         elements: "linear" four-node tets, or "smoothed" ones, which hardly lock in bending and near
             incompressibility; they take their forces from strains averaged over edges and nodes,
             and go with the warped tangent alone.
+        cone: of friction, "smooth", or a polygon of "4" or "8" directions evenly spread from the
+            contact's first tangent, which lies along x where possible. On a polygon a sliding node
+            takes the friction that dissipates most, a corner unless it moves across an edge.
         newton_iterations: of one step; 1 is the linearly implicit step, more come nearer to the
             implicit Euler step, each for the price of a step.
         device: a Warp device name, "cpu" or "cuda:0".
@@ -41,12 +46,14 @@ class SimulationOptions:
         max_contact_passes: active-set passes of one step.
         bridge_tolerance: relative residual of the controller's block solve.
         recovery_speed: largest speed, m/s, at which a sunken node is pushed out.
+        sleep: whether steps are left out while all bodies are at rest and nothing acts on them.
     """
 
     time_step: float = 1.0 / 120.0
     precision: Precision = "float32"
     tangent: Tangent = "warped"
     elements: Elements = "linear"
+    cone: Cone = "smooth"
     newton_iterations: int = 1
     device: str = "cpu"
     threads: int = 1
@@ -55,6 +62,7 @@ class SimulationOptions:
     max_contact_passes: int = 12
     bridge_tolerance: float = 1e-3
     recovery_speed: float = 0.5
+    sleep: bool = True
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""
@@ -64,7 +72,7 @@ class SimulationOptions:
             )
         if self.precision not in ("float32", "float64"):
             raise InputError(f"precision must be float32 or float64, got {self.precision!r}")
-        for name, known in (("tangent", TANGENTS), ("elements", ELEMENTS)):
+        for name, known in (("tangent", TANGENTS), ("elements", ELEMENTS), ("cone", CONES)):
             value = getattr(self, name)
             if value not in known:
                 raise InputError(f"{name} must be one of {', '.join(known)}, got {value!r}")
@@ -80,6 +88,11 @@ class SimulationOptions:
             value = getattr(self, name)
             if value < 1:
                 raise InputError(f"{name} must be at least 1, got {value!r}")
+
+    @property
+    def cone_directions(self) -> int:
+        """Corners of the friction cone's polygon; 0 for the smooth cone."""
+        return 0 if self.cone == "smooth" else int(self.cone)
 
     @property
     def solver_tolerance(self) -> float:

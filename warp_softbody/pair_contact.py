@@ -104,8 +104,8 @@ class PairDetection:
 class PairContact:
     """Rows, projections and modes of pairs; launches are capturable but for `find`."""
 
-    def __init__(self, model: Model, kinds: Any, normals: Any, matrix: Any) -> None:
-        """Work arrays; ``kinds`` and ``normals`` are the ground's, ``matrix`` is M~."""
+    def __init__(self, model: Model, kinds: Any, axes: Any, matrix: Any) -> None:
+        """Work arrays; ``kinds`` and ``axes`` are the ground's, ``matrix`` is M~."""
         types, n = model.types, model.node_count
         count = len(model.body.mesh.surface_nodes)
         precision = model.options.precision
@@ -127,7 +127,7 @@ class PairContact:
         for name in "yrpq":
             setattr(self._work, name, model.zeros(count, wp.vec3d))
         self._freedom = self._rows.Freedom()
-        self._freedom.kinds, self._freedom.normals = kinds, normals
+        self._freedom.kinds, self._freedom.axes = kinds, axes
         self._right = model.zeros(n, types.vec3)
         self._changed = model.zeros(count, wp.int32)
         pair = wp.types.vector(length=2, dtype=types.scalar)

@@ -152,7 +152,7 @@ class TwoLevel:
     def prepare(self, freedom: Freedom) -> None:
         """Launch the inversion of the diagonal blocks on the velocities left free."""
         self._freedom = freedom
-        contact = [freedom.kinds, freedom.normals, freedom.slip_stiffness]
+        contact = [freedom.kinds, freedom.axes, freedom.slip_stiffness]
         inputs = [self._model.arrays["diagonal_slot"], self._values, *contact]
         self._launch(
             self._kernels.invert_pivots, self._model.node_count, inputs, [self._pivot_inverse]
@@ -168,7 +168,7 @@ class TwoLevel:
         assert self._freedom is not None
         rows = [a["row_start"], a["column"], a["diagonal_slot"]]
         sweep = [self._values, self._pivot_inverse]
-        contact = [self._freedom.kinds, self._freedom.normals, self._node_rotations]
+        contact = [self._freedom.kinds, self._freedom.axes, self._node_rotations]
         return rows, sweep, contact, [a["aggregate_start"], a["aggregate_nodes"], a["offsets"]]
 
     def apply(self, residual: Any, result: Any) -> None:

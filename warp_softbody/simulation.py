@@ -16,6 +16,7 @@ from warp_softbody.frame import ContactMode, ContactSample, Frame
 from warp_softbody.model import build_model
 from warp_softbody.options import SimulationOptions
 from warp_softbody.scene import Scene
+from warp_softbody.sleep import Sleep
 from warp_softbody.state import SLACK, Contacts, Control, PairStates, State
 from warp_softbody.statistics import MeanSpread, RunSummary, StepLog
 from warp_softbody.stepper import Stepper
@@ -69,6 +70,7 @@ class Simulation:
         own = np.arange(self.model.node_count) < self.model.scene.parts[0].nodes.stop
         self._character_masses = np.where(own, self.model.masses, 0.0)
         self._pushed = False
+        self._sleep = Sleep(step, allowed=options.sleep)
         self._steps = 0
         self._frames = 0
         self._wall = 0.0
@@ -100,11 +102,16 @@ class Simulation:
         """Advance by one time step."""
         first = self._steps == 0
         begun = time.perf_counter()
+        pushed = self._push()
+        if self._sleep.asleep and not pushed:
+            self._sleep.skip()
+            self._steps += 1
+            self._wall += time.perf_counter() - begun
+            return
         self._stepper.assemble(self._state)
         assembled = time.perf_counter()
         self._decide()
         decided = time.perf_counter()
-        self._push()
         self._stepper.solve(self._state, self._control, self._contacts)
         solved = time.perf_counter()
         statistics = self._stepper.resolve_contact(
@@ -124,6 +131,7 @@ class Simulation:
             )
         self._state, self._after = self._after, self._state
         self._steps += 1
+        self._sleep.note(statistics.fastest, acted=pushed or self._driver is not None)
         ended = time.perf_counter()
         self._log.unconverged += not (statistics.converged and statistics.contact_converged)
         if first:
@@ -165,6 +173,7 @@ class Simulation:
             cg_iterations=MeanSpread.of(log.iterations),
             contact_passes=MeanSpread.of(log.passes),
             unconverged_steps=log.unconverged,
+            slept_steps=self._sleep.slept,
             signorini=log.signorini,
             coulomb=log.coulomb,
             status=self._status,
@@ -210,12 +219,12 @@ class Simulation:
             self._log.patches = max(self._log.patches, len(decision.result.modes))
         self._control.rest_lengths.assign(self._rest_lengths)
 
-    def _push(self) -> None:
-        """Forces of the scene's pushes, averaged over the step."""
+    def _push(self) -> bool:
+        """Forces of the scene's pushes, averaged over the step; whether there are any."""
         scene, dt = self.model.scene, self.model.options.time_step
         shares = [push.share(self.time, self.time + dt) for push in scene.pushes]
         if not any(shares) and not self._pushed:
-            return
+            return False
         forces = np.zeros((self.model.node_count, 3))
         for push, share in zip(scene.pushes, shares, strict=True):
             nodes = scene.whole.region(push.region)
@@ -223,6 +232,7 @@ class Simulation:
             forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
         self._control.external_forces.assign(forces)
         self._pushed = any(shares)
+        return self._pushed
 
     def _handed_out(self) -> Frame:
         model = self.model

@@ -59,6 +59,7 @@ class RunSummary:
         tets, nodes, segments, patches: sizes.
         qps_per_step, cg_iterations, contact_passes: counts per step.
         unconverged_steps: steps in which a linear solve or the contact modes did not settle.
+        slept_steps: left out because all was at rest.
         signorini, coulomb: largest violation of a contact law by a node in any step, N, as in
             `StepStatistics`.
         status: "complete", "interrupted" or "not finite".
@@ -81,6 +82,7 @@ class RunSummary:
     cg_iterations: MeanSpread
     contact_passes: MeanSpread
     unconverged_steps: int
+    slept_steps: int
     signorini: float
     coulomb: float
     status: str
@@ -94,6 +96,8 @@ class RunSummary:
     def lines(self) -> list[tuple[str, str]]:
         """What a reader wants to know first, as pairs of a short name and a text."""
         whole, part = self.step_ms["all"], self.step_ms
+        steps = round(self.simulated_seconds / self.time_step)
+        rest = [("at rest", f"{self.slept_steps} of {steps} steps left out")]
         files = f", {self.export_seconds:.1f} s of it for files" if self.export_seconds else ""
         return [
             (
@@ -122,6 +126,7 @@ class RunSummary:
                 f"{self.contact_passes.mean:.1f} passes a step (mean), off Signorini's law by at "
                 f"most {self.signorini:.2g} N, off Coulomb's by {self.coulomb:.2g} N",
             ),
+            *(rest if self.slept_steps else []),
         ]
 
     def __str__(self) -> str:

@@ -18,6 +18,7 @@ class StepStatistics:
         finite: whether every velocity is a finite number.
         resolved: whether rounding of the farthest node's position is less than the shortest edge at
             rest; beyond it the shape is lost, though numbers are finite.
+        fastest: largest component of a node's velocity after the step, m/s.
         signorini: largest violation of Signorini's condition by a node, N: an impulse that pulls
             at it, or the one that would stop it where it sinks, over dt (docs/contact.md).
         coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
@@ -31,5 +32,6 @@ class StepStatistics:
     contact_converged: bool
     finite: bool
     resolved: bool
+    fastest: float
     signorini: float
     coulomb: float

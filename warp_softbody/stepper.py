@@ -38,7 +38,7 @@ class Stepper:
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
         self.lengths = model.zeros(model.segment_count, types.scalar)
         self._tensions = model.zeros(model.segment_count, types.scalar)
-        self._reach = model.zeros(1, wp.float64)
+        self._extremes = model.zeros(2, wp.float64)
         mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
@@ -166,7 +166,7 @@ class Stepper:
             self._launch_again(state, control, contacts, after)
             self._contact.launch_modes(contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
-        self._launch(k.farthest, 1, [after.positions], [self._reach])
+        self._launch(k.find_extremes, 1, ends, [self._extremes])
 
     def _launch_again(
         self, state: State, control: Control, contacts: Contacts, after: State
@@ -185,5 +185,5 @@ class Stepper:
         contact.launch_next(contacts)
 
     def _read_statistics(self) -> StepStatistics:
-        reach = float(self._reach.numpy()[0])
-        return self._contact.read_statistics(resolved=reach < self._most_reach)
+        reach, speed = self._extremes.numpy().tolist()
+        return self._contact.read_statistics(resolved=reach < self._most_reach, fastest=speed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -144,6 +145,23 @@ def test_built_objective_is_the_weighted_squares_plus_the_costs() -> None:
         np.testing.assert_allclose(
             qpcc.velocity(a, f), reached[6:].reshape(4, 3) + gaps, rtol=1e-9, atol=1e-12
         )
+
+
+def test_built_contacts_have_the_patches_friction() -> None:
+    """Coefficient and factors by direction, in the patches' order."""
+    body = moving_bar(ground=Plane(friction=0.3))
+    view = view_of(body)
+    rng = np.random.default_rng(0)
+    patches = tuple(
+        replace(patch, factors=rng.uniform(1.0, 10.0, 8))
+        for patch in ground_patches(view, QUARTERS[:2])
+    )
+    goals = Goals(objectives=(), patches=patches, activation=LOOSE)
+    rows = np.concatenate([patch.rows() for patch in patches])
+    problem = Bridge(body.stepper, row_capacity=32).solve(rows)
+    qpcc = build_qpcc(goals, problem, view.activations, DT)
+    np.testing.assert_array_equal(qpcc.factors, [patch.factors for patch in patches])
+    np.testing.assert_array_equal(qpcc.friction, [0.3, 0.3])
 
 
 def test_decision_in_flight_is_the_bounded_least_squares_answer() -> None:

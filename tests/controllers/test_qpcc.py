@@ -102,9 +102,9 @@ def test_directional_friction_holds_ten_times_more_against_one_direction() -> No
     scale = np.ones((1, 8))
     scale[0, 4] = 10.0
     limit = 0.5 * WEIGHT_IMPULSE
-    held = solve_qpcc(block((0.0, 6.0 * limit, 0.0), direction_scale=scale))
+    held = solve_qpcc(block((0.0, 6.0 * limit, 0.0), factors=scale))
     assert held.contact_modes == (ContactMode.STICK,)
-    slipping = solve_qpcc(block((0.0, -6.0 * limit, 0.0), direction_scale=scale))
+    slipping = solve_qpcc(block((0.0, -6.0 * limit, 0.0), factors=scale))
     assert slipping.contact_modes == (ContactMode.SLIDE,)
     np.testing.assert_allclose(slipping.forces[0, 1], limit, rtol=1e-9)
     assert max(held.complementarity, slipping.complementarity) < 1e-10
@@ -145,7 +145,7 @@ def test_without_contacts_it_is_a_box_qp() -> None:
 
 @pytest.mark.parametrize("name", [entry.name for entry in fields(ContactQPCC)])
 def test_nan_is_refused_with_the_name_of_the_field(name: str) -> None:
-    good = block((0.0, 0.0, 0.0), direction_scale=np.ones((1, 8)))
+    good = block((0.0, 0.0, 0.0), factors=np.ones((1, 8)))
     value = np.array(getattr(good, name), dtype=float)
     value.reshape(-1)[0] = np.nan
     values = {entry.name: getattr(good, entry.name) for entry in fields(good)}

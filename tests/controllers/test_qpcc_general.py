@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
+from scipy.sparse import issparse
 
-from warp_softbody.controllers import QPCC, QPCCStatus, enumerate_qpcc, solve_qpcc
+from warp_softbody.controllers import QPCC, QPCCStatus, enumerate_qpcc, rows, solve_qpcc
+from warp_softbody.controllers.general_pieces import OPEN, GeneralProblem
 from warp_softbody.controllers.piqp_backend import PIQPBackend
 from warp_softbody.controllers.qp import QPProblem, QPStatus
 from warp_softbody.controllers.result import GeneralMultipliers, SolverOptions
@@ -223,6 +226,34 @@ def test_an_indefinite_objective_gives_a_point_and_claims_no_more() -> None:
     assert result.complementarity < 1e-8
     with pytest.raises(InputError, match="semidefinite"):
         enumerate_qpcc(problem)
+
+
+def test_sparse_matrices_give_what_dense_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Thirty small problems side by side: 330 variables, few of whose entries are not zero."""
+    parts = [random_problem(seed) for seed in range(30)]
+    blocks = {
+        name: block_diag(*(getattr(part, name) for part in parts)) for name in ("Q", "L", "R")
+    }
+    vectors: Any = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("c", "lb", "ub", "l0", "r0")
+    }
+    problem = QPCC(**(blocks | vectors))
+    open_pairs = np.full(problem.pair_count, OPEN, np.int8)
+    sparse = GeneralProblem(problem, PIQPBackend())
+    assert issparse(sparse.convex_part)
+    monkeypatch.setattr(rows, "SPARSE_SIZE", 1000)
+    dense = GeneralProblem(problem, PIQPBackend())
+    assert not issparse(dense.convex_part)
+    closed = dense.nearest_sides(np.concatenate([solve_qpcc(part).x for part in parts]))
+    for sides, pull in itertools.product((open_pairs, closed), (0.0, 0.1)):
+        near = np.ones(problem.variable_count)
+        one = sparse.solve(sides, near=near, pull=pull)
+        other = dense.solve(sides, near=near, pull=pull)
+        assert one.status is other.status is QPStatus.SOLVED
+        # Both accept scaled residuals and gaps of 1e-6 at most.
+        np.testing.assert_allclose(one.value, other.value, rtol=2e-6, atol=2e-6)
+    assert problem.feasibility(sparse.exact(sparse.solve(closed))) < 1e-8
 
 
 def test_without_pairs_it_is_a_qp() -> None:

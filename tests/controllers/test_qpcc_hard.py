@@ -15,6 +15,7 @@ from warp_softbody.controllers import (
     SolverOptions,
     enumerate_qpcc,
     solve_qpcc,
+    solve_static,
     to_general,
 )
 from warp_softbody.controllers.daqp_backend import DAQPBackend
@@ -43,6 +44,7 @@ def repeated(problem: ContactQPCC, contacts: list[int]) -> ContactQPCC:
         velocity_from_controls=problem.velocity_from_controls[rows],
         velocity_from_forces=problem.velocity_from_forces[np.ix_(rows, rows)],
         friction=problem.friction[contacts],
+        factors=problem.factors[contacts],
     )
 
 
@@ -55,6 +57,63 @@ def test_redundant_contacts_give_consistent_points(seed: int) -> None:
     assert result.complementarity < 1e-8 and result.qp_count <= 60
     # The copies may share a load but gain nothing by it.
     assert result.objective >= best - 1e-6 * (1.0 + abs(best))
+
+
+def rigid_block(contacts: int, copies: int = 0, *, pull: float = 0.0) -> ContactQPCC:
+    """A rigid block of 3 kg on points of its lower face, pulled along x through its contact plane.
+
+    Its one control pushes along y, with an effort that keeps it at zero. Of the points, ``copies``
+    stand on the first ones. The mobility J M^-1 J' has rank 6 or less.
+    """
+    mass, inertia, gravity_impulse = 3.0, np.array([0.02, 0.03, 0.04]), 3.0 * 9.81 * 0.01
+    angles = 2.0 * np.pi * np.arange(contacts) / (contacts - copies)
+    points = np.stack([0.2 * np.cos(angles), 0.2 * np.sin(angles), np.full(contacts, -0.1)], axis=1)
+    jacobian = []
+    for point in points:
+        turning = -np.cross(np.eye(3), point)
+        # w x p along each axis; local order normal, tangent 1, tangent 2.
+        jacobian.append(np.hstack([np.eye(3), turning.T])[[2, 0, 1]])
+    rows = np.concatenate(jacobian)
+    inverse = np.diag(np.r_[np.full(3, 1.0 / mass), 1.0 / inertia])
+    push = np.array([0.0, 1.0, 0.0, 0.1, 0.0, 0.0])
+    # A pull at the height of the contacts has no moment about them: arm (0, 0, -0.1).
+    impulse = np.array([pull, 0.0, -gravity_impulse, 0.0, -0.1 * pull, 0.0])
+    hessian = np.zeros((1 + 3 * contacts,) * 2)
+    hessian[0, 0] = 1.0
+    return ContactQPCC(
+        hessian=hessian,
+        gradient=np.zeros(len(hessian)),
+        lower=np.full(1, -1.0),
+        upper=np.full(1, 1.0),
+        velocity_offset=rows @ inverse @ impulse,
+        velocity_from_controls=(rows @ inverse @ push)[:, None],
+        velocity_from_forces=rows @ inverse @ rows.T,
+        friction=np.full(contacts, 0.5),
+    )
+
+
+@pytest.mark.parametrize(("contacts", "copies"), [(3, 0), (4, 0), (6, 0), (8, 0), (6, 3), (8, 4)])
+@pytest.mark.parametrize("share", [0.9, 1.5])
+def test_a_rigid_block_on_many_points_obeys_coulomb_as_a_whole(
+    contacts: int, copies: int, share: float
+) -> None:
+    weight = 3.0 * 9.81 * 0.01
+    limit = 0.5 * weight
+    problem = rigid_block(contacts, copies, pull=share * limit)
+    for result in (solve_qpcc(problem, budget=60), solve_static(problem)):
+        assert result.status not in (QPCCStatus.INACCURATE, QPCCStatus.NO_POINT)
+        # The tolerance of the solver on every scaled pair, and some units in the last place.
+        assert result.complementarity < 1e-8
+        total = result.forces.sum(axis=0)
+        np.testing.assert_allclose(total[0], weight, rtol=1e-7)
+        # Held below the limit; beyond it all points slide along x under full friction.
+        np.testing.assert_allclose(total[1], -min(share, 1.0) * limit, rtol=1e-7)
+        speed = max(share - 1.0, 0.0) * limit / 3.0
+        np.testing.assert_allclose(result.velocities[:, 1], speed, atol=1e-9)
+        np.testing.assert_allclose(result.velocities[:, [0, 2]], 0.0, atol=1e-9)
+    best = solve_qpcc(problem, budget=60)
+    again = solve_qpcc(problem, start=best.modes)
+    assert again.objective <= best.objective + 1e-9
 
 
 @pytest.mark.parametrize("friction", [0.0, 1e-12, 10.0])

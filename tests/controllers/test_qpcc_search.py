@@ -122,7 +122,7 @@ def test_directional_friction_and_mixed_coefficients_against_enumeration() -> No
         plain = soft_body(seed, contacts=2, controls=8, directions=4)
         values = {entry.name: getattr(plain, entry.name) for entry in fields(plain)}
         uneven = np.where(rng.random((2, 4)) < 0.3, 10.0, 1.0)
-        problems.append(ContactQPCC(**(values | {"direction_scale": uneven})))
+        problems.append(ContactQPCC(**(values | {"factors": uneven})))
         problems.append(ContactQPCC(**(values | {"friction": np.array([0.0, 10.0])})))
         unbounded = {"lower": np.full(8, -np.inf), "upper": np.full(8, np.inf)}
         problems.append(ContactQPCC(**(values | unbounded)))
@@ -181,6 +181,18 @@ def test_more_kicks_are_never_worse_and_the_static_baseline_never_better() -> No
         kicked = solve_qpcc(problem, options=SolverOptions(kicks=20, max_qps=80))
         assert kicked.objective <= plain.objective <= static.objective + 1e-9
         assert max(r.complementarity for r in (static, plain, kicked)) < 1e-8
+
+
+def test_kicks_end_when_patience_does() -> None:
+    for seed in range(10):
+        problem = soft_body(seed, contacts=2, controls=8)
+        modes = solve_qpcc(problem).modes
+        # From the best point known every kick is fruitless, and each is at least one QP.
+        patient = solve_qpcc(problem, start=modes, options=SolverOptions(kicks=12, patience=12))
+        hasty = solve_qpcc(problem, start=modes, options=SolverOptions(kicks=12, patience=3))
+        same = solve_qpcc(problem, start=modes, options=SolverOptions(kicks=3))
+        assert hasty.qp_count == same.qp_count < patient.qp_count
+        assert hasty.objective == same.objective == patient.objective
 
 
 def test_a_warm_start_from_the_answer_stays_there_with_one_qp() -> None:

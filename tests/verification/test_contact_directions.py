@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +28,10 @@ STIFF = Material(young_modulus=1e6, poisson_ratio=0.3, stiffness_damping=0.02)
 
 
 def scaly_slab(
-    factors: tuple[float, ...] = EIGHT, turn: float = 0.0, direction: FloatArray | None = None
+    factors: tuple[float, ...] = EIGHT,
+    turn: float = 0.0,
+    direction: FloatArray | None = None,
+    **options: Any,
 ) -> Rig:
     """A flat slab on a floor, turned about z; its base slides differently each way."""
     flat = box((3, 3, 1), (0.3, 0.3, 0.06), (-0.15, -0.15, 0.0))
@@ -44,7 +48,8 @@ def scaly_slab(
         regions={"base": base},
         directional_friction=(friction,),
     )
-    return rig(character, ground=Plane(friction=BASE), gravity=(0.0, 0.0, -G), time_step=DT)
+    options = {"time_step": DT} | options
+    return rig(character, ground=Plane(friction=BASE), gravity=(0.0, 0.0, -G), **options)
 
 
 def measured_friction(body: Rig, angle: float) -> float:

@@ -12,12 +12,15 @@ from tests.verification.test_contact_drops import SIDE, G, cube
 from warp_softbody.ground import Plane
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
+from warp_softbody.options import CONES, Cone
+
+pytestmark = pytest.mark.parametrize("cone", CONES)
 
 
 @pytest.mark.parametrize("young_modulus", [1e5, 1e7])
-def test_without_friction_the_cube_slides_on(young_modulus: float) -> None:
+def test_without_friction_the_cube_slides_on(young_modulus: float, cone: Cone) -> None:
     """Its momentum along the ground changes by the residual of the solves alone, 1e-5 a step."""
-    body = cube(0.0, young_modulus, 0.02, 0.01, friction=0.0)
+    body = cube(0.0, young_modulus, 0.02, 0.01, friction=0.0, cone=cone)
     body.place(velocities=(1.0, 0.0, 0.0))
     settled = [body.step().contact_converged for _ in range(100)]
     assert all(settled[10:])
@@ -25,8 +28,8 @@ def test_without_friction_the_cube_slides_on(young_modulus: float) -> None:
 
 
 @pytest.mark.parametrize("young_modulus", [1e5, 1e7])
-def test_friction_of_a_thousand_holds_what_touches(young_modulus: float) -> None:
-    body = cube(0.05, young_modulus, 0.02, 0.01, friction=1e3)
+def test_friction_of_a_thousand_holds_what_touches(young_modulus: float, cone: Cone) -> None:
+    body = cube(0.05, young_modulus, 0.02, 0.01, friction=1e3, cone=cone)
     body.place(velocities=(1.0, 0.0, 0.0))
     fastest = 0.0
     for _ in range(200):
@@ -39,9 +42,11 @@ def test_friction_of_a_thousand_holds_what_touches(young_modulus: float) -> None
 
 @pytest.mark.parametrize("friction", [0.5, 1e3])
 @pytest.mark.parametrize("young_modulus", [1e5, 1e7])
-def test_a_cube_half_below_the_ground_is_pushed_out(young_modulus: float, friction: float) -> None:
+def test_a_cube_half_below_the_ground_is_pushed_out(
+    young_modulus: float, friction: float, cone: Cone
+) -> None:
     """At the recovery speed, 0.5 m/s; twice that is the bound for what swings."""
-    body = cube(-SIDE / 2, young_modulus, 0.02, 0.01, friction=friction)
+    body = cube(-SIDE / 2, young_modulus, 0.02, 0.01, friction=friction, cone=cone)
     for _ in range(200):
         body.step()
         assert np.linalg.norm(body.velocities, axis=1).max() < 2 * 0.5
@@ -50,7 +55,7 @@ def test_a_cube_half_below_the_ground_is_pushed_out(young_modulus: float, fricti
 
 
 @pytest.mark.parametrize("young_modulus", [1e5, 1e7])
-def test_a_corner_carries_the_cube(young_modulus: float) -> None:
+def test_a_corner_carries_the_cube(young_modulus: float, cone: Cone) -> None:
     """Standing on one node: it tips over in its time, and never faster than a fall allows."""
     mesh = box((4, 4, 4), (SIDE,) * 3)
     upright = turn((1.0, 0.0, 0.0), math.atan(math.sqrt(2.0))) @ turn((0.0, 0.0, 1.0), math.pi / 4)
@@ -62,6 +67,7 @@ def test_a_corner_carries_the_cube(young_modulus: float) -> None:
         ground=Plane(friction=0.5),
         gravity=(0.0, 0.0, -G),
         time_step=0.01,
+        cone=cone,
     )
     assert body.step().touching == 1
     height = points[:, 2].max()
@@ -72,9 +78,9 @@ def test_a_corner_carries_the_cube(young_modulus: float) -> None:
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_redundant_contacts_of_a_rigid_like_cube(precision: str) -> None:
+def test_redundant_contacts_of_a_rigid_like_cube(precision: str, cone: Cone) -> None:
     """E = 1e9 on 25 nodes: it lands, rests and is carried."""
-    body = cube(0.01, 1e9, 0.001, 0.01, precision=precision)
+    body = cube(0.01, 1e9, 0.001, 0.01, precision=precision, cone=cone)
     for _ in range(100):
         body.step()
         assert body.positions[:, 2].min() > -1e-4
@@ -86,9 +92,9 @@ def test_redundant_contacts_of_a_rigid_like_cube(precision: str) -> None:
 
 
 @pytest.mark.parametrize("young_modulus", [1e6, 1e7])
-def test_a_push_of_a_hundred_body_weights(young_modulus: float) -> None:
+def test_a_push_of_a_hundred_body_weights(young_modulus: float, cone: Cone) -> None:
     """Straight down on the top: nothing sinks, and the ground answers with all of it."""
-    body = cube(0.0, young_modulus, 0.02, 0.01)
+    body = cube(0.0, young_modulus, 0.02, 0.01, cone=cone)
     body.step(20)
     top = body.positions[:, 2] > SIDE - 1e-3
     weight = body.masses.sum() * G
@@ -103,15 +109,15 @@ def test_a_push_of_a_hundred_body_weights(young_modulus: float) -> None:
     assert normal == pytest.approx(101 * weight * 0.01, rel=1e-4)
 
 
-def test_what_a_pass_too_few_leaves_is_reported() -> None:
+def test_what_a_pass_too_few_leaves_is_reported(cone: Cone) -> None:
     """With one active-set pass a landing step violates the laws, and says by how much."""
-    body = cube(0.0, 1e5, 0.02, 0.01, max_contact_passes=1)
+    body = cube(0.0, 1e5, 0.02, 0.01, max_contact_passes=1, cone=cone)
     body.place(velocities=(1.0, 0.0, -1.0))
     statistics = body.step()
     assert not statistics.contact_converged
     # every node of the base falls on: its block times 1 m/s over dt, far above the weight
     assert statistics.signorini > body.masses.sum() * G / 25
-    settled = cube(0.0, 1e5, 0.02, 0.01)
+    settled = cube(0.0, 1e5, 0.02, 0.01, cone=cone)
     settled.step(100)
     rest = settled.statistics
     assert rest is not None and rest.contact_converged

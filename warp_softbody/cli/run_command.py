@@ -11,7 +11,7 @@ from warp_softbody.cli.engine import warp_engine
 from warp_softbody.cli.interruption import Interruption
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.errors import InputError, NotFiniteError
-from warp_softbody.options import ELEMENTS, TANGENTS
+from warp_softbody.options import CONES, ELEMENTS, TANGENTS
 
 if TYPE_CHECKING:
     from warp_softbody.cli.recorder import Recorder
@@ -71,6 +71,12 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
         choices=ELEMENTS,
         default="linear",
         help="four-node tets as they are, or smoothed ones, which hardly lock (linear)",
+    )
+    parser.add_argument(
+        "--cone",
+        choices=CONES,
+        default="smooth",
+        help="friction cone of the ground, or the number of directions of a polygon (smooth)",
     )
     parser.add_argument(
         "--threads", type=whole(1, 64), default=1, help="threads that assemble forces (1)"
@@ -147,6 +153,7 @@ def _recorder(args: argparse.Namespace, plan: ScenePlan, method: str) -> Recorde
             "precision": args.precision,
             "tangent": args.tangent,
             "elements": args.elements,
+            "cone": args.cone,
             "time_step": args.time_step,
             **{f"set_{key}": value for key, value in plan.settings.items()},
         },
@@ -165,6 +172,7 @@ def _simulation(args: argparse.Namespace, plan: ScenePlan, method: str) -> Simul
             precision=args.precision,
             tangent=args.tangent,
             elements=args.elements,
+            cone=args.cone,
             threads=args.threads,
             device=args.device,
         ),
@@ -223,6 +231,7 @@ def _report(
         "precision": args.precision,
         "tangent": args.tangent,
         "elements": args.elements,
+        "cone": args.cone,
         "device": args.device,
         "fps": args.fps,
         "settings": dict(plan.settings),

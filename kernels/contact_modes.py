@@ -1,0 +1,21 @@
+"""Modes of a node in contact."""
+
+LIFT = 0
+STICK = 1
+SLIDE = 2
+"""Slides on the smooth cone; on a polygon, without friction so far."""
+
+PLACES = 3
+"""This mode and those above it slide on a polygon of friction: mode PLACES + p at its place p,
+corner p / 2 where p is even, the edge between two corners where it is odd."""
+
+NEWTON_PASSES = 4
+"""Active-set passes of a step in which nodes may begin to slide and Newton's linearisation is
+used."""
+
+LATE_PASSES = 6
+"""Passes after which the smooth cone uses Newton's linearisation again: modes have settled."""
+
+LAST_PASSES = 8
+"""Passes after which, on a polygon, only what takes energy is tried: what sticks goes on sticking,
+and friction that has not settled is a stiffness."""

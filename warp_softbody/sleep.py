@@ -1,0 +1,41 @@
+"""Bodies at rest are left alone until something acts on them."""
+
+from __future__ import annotations
+
+import math
+
+STILL_SPEED = 2e-5
+"""Speed, m/s, that nothing may exceed; rounding in single precision leaves 5e-6 at rest."""
+
+STILL_SECONDS = 0.25
+"""How long, s. A mode of period T that is this slow this long has an amplitude of at most some
+``STILL_SPEED T^2 / 5``: 0.02 mm at two seconds."""
+
+
+class Sleep:
+    """Tells when a scene has come to rest.
+
+    Attributes:
+        asleep: whether steps may be left out.
+        slept: steps left out so far.
+    """
+
+    def __init__(self, time_step: float, *, allowed: bool) -> None:
+        """Watch a run of a time step, s; never asleep unless allowed."""
+        self._needed = max(2, math.ceil(STILL_SECONDS / time_step))
+        self._allowed = allowed
+        self._still = 0
+        self.slept = 0
+
+    @property
+    def asleep(self) -> bool:
+        """Whether all has been still for long enough."""
+        return self._allowed and self._still >= self._needed
+
+    def note(self, fastest: float, *, acted: bool) -> None:
+        """Note a step's largest speed, m/s, and whether muscles or pushes acted in it."""
+        self._still = self._still + 1 if fastest < STILL_SPEED and not acted else 0
+
+    def skip(self) -> None:
+        """Note a step left out."""
+        self.slept += 1
