@@ -13,36 +13,43 @@ from warp_softbody.characters.regions import EDGE, quadrants, select
 from warp_softbody.characters.store import load_mesh
 from warp_softbody.muscles import Fiber, FiberKind
 
-THICKNESS = 0.16
-KERNEL_WIDTH = 0.05
+THICKNESS = 0.1
+KERNEL_WIDTH = 0.02
 RECIPE = Recipe(
     name="letter_i_flat",
     outline=(
         (0.0, 0.0),
-        (0.35, 0.0),
+        (0.38, 0.0),
         (0.5, 0.0),
-        (0.5, 0.25),
-        (0.35, 0.25),
-        (0.35, 0.15),
-        (0.0, 0.15),
+        (0.5, 0.2),
+        (0.38, 0.2),
+        (0.38, 0.1),
+        (0.0, 0.1),
     ),
     depth=THICKNESS,
-    size=0.082,
+    size=0.066,
     lying=True,
 )
-BORDERS = (-0.5, -0.35, -0.175, 0.0, 0.175, 0.35, 0.5)
+BORDERS = (-0.5, -0.38, -0.19, 0.0, 0.19, 0.38, 0.5)
+LOWER, UPPER = 0.01, 0.05
+"""m, heights of the strands; the lower ones govern what lies below half way between, 0.03 m.
+
+Muscles only pull, so whatever they contract gets shorter too; the thinner that part is, and the
+further from the middle, the more they bend the body for it.
+"""
+
 STRANDS = {
-    "lower_right": (-1.0, -1.0),
-    "lower_left": (1.0, -1.0),
-    "upper_right": (-1.0, 1.0),
-    "upper_left": (1.0, 1.0),
+    "lower_right": (-1.0, LOWER),
+    "lower_left": (1.0, LOWER),
+    "upper_right": (-1.0, UPPER),
+    "upper_left": (1.0, UPPER),
 }
 
 
 def letter_i_flat() -> Character:
     """Letter I lying along x, head at +x, with four longitudinal fibres and a radial one.
 
-    It is 1 m long and 0.16 m thick, its bars 0.5 m and its stem 0.3 m across (y). Regions: the
+    It is 1 m long and 0.1 m thick, its bars 0.4 m and its stem 0.2 m across (y). Regions: the
     underside `belly` and its six parts from tail to head, `belly_0` (the bar of the tail) to
     `belly_5` (nodes between two parts belong to both); the bars `tail` and `head`; and the
     undersides of the bars' four ends beyond the stem, `corner_0` to `corner_3` (x and y: --, +-,
@@ -52,12 +59,12 @@ def letter_i_flat() -> Character:
     mesh = load_mesh("letter_i_flat")
     x, y, z = mesh.points.T
     belly = z < EDGE
-    masks = {"belly": belly, "tail": x < -0.35 + EDGE, "head": x > 0.35 - EDGE}
+    masks = {"belly": belly, "tail": x < -0.38 + EDGE, "head": x > 0.38 - EDGE}
     for part, (start, end) in enumerate(pairwise(BORDERS)):
         masks[f"belly_{part}"] = belly & (x > start - EDGE) & (x < end + EDGE)
-    masks |= quadrants("corner", mesh, belly & (abs(y) > 0.15 - EDGE) & (abs(x) > 0.35 - EDGE))
+    masks |= quadrants("corner", mesh, belly & (abs(y) > 0.1 - EDGE) & (abs(x) > 0.38 - EDGE))
     strands = (_strand(name, *sides) for name, sides in STRANDS.items())
-    middle = ring("radial", (0.0, 0.0, 0.5 * THICKNESS), (0.0, 0.11, 0.0), (0.0, 0.0, 0.055), 6)
+    middle = ring("radial", (0.0, 0.0, 0.5 * THICKNESS), (0.0, 0.07, 0.0), (0.0, 0.0, 0.03), 6)
     muscles = (
         group("longitudinal", *strands, strength=STRENGTH_TO_BEND, kernel_width=KERNEL_WIDTH),
         group("radial", middle, strength=STRENGTH_TO_BEND),
@@ -70,8 +77,7 @@ def letter_i_flat() -> Character:
     )
 
 
-def _strand(name: str, side: float, above: float) -> Fiber:
+def _strand(name: str, side: float, height: float) -> Fiber:
     x = np.linspace(-0.48, 0.48, 6)
-    y, z = 0.11 * side, 0.5 * THICKNESS + 0.055 * above
-    vertices = np.stack([x, np.full_like(x, y), np.full_like(x, z)], axis=1)
+    vertices = np.stack([x, np.full_like(x, 0.07 * side), np.full_like(x, height)], axis=1)
     return Fiber(vertices=vertices, kind=FiberKind.LONGITUDINAL, name=f"longitudinal_{name}")

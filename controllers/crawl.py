@@ -1,0 +1,171 @@
+"""Crawling: the tail is pulled up while the head holds, then the head is pushed forward."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.objectives import Objective
+from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.view import BodyView
+
+FloatArray = npt.NDArray[np.float64]
+
+TAIL = ("corner_0", "corner_2")
+HEAD = ("corner_1", "corner_3")
+MIDDLE = ("belly_2", "belly_3")
+USUAL_STEP = 1.0 / 60.0  # s
+BELLY_PATCHES = ("belly_0", "belly_1", "belly_2", "belly_3", "belly_4", "belly_5")
+
+
+class CrawlPhase(Enum):
+    """Which end of the body is on its way."""
+
+    REST = "rest"
+    PULL = "pull"
+    PUSH = "push"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrawlGains:
+    """Gains, weights and timing of crawling along x.
+
+    Weights are those at a time step of 1/60 s, and grow as it shrinks: in a shorter step muscles
+    change a velocity by less, and effort would weigh more.
+
+    Attributes:
+        stride: m, by which the ends come together and part again in a cycle.
+        arch: m, wanted height of the middle of the belly when they are together; 0 keeps it down.
+        pull_time: s, in which the tail is pulled up.
+        push_time: s, in which the head is pushed forward.
+        follow: 1/s, how fast what is off its trajectory is to come back.
+        corner_weight: of the corners' velocities along the ground, s^2/m^2.
+        ground_weight: of their vertical velocities, s^2/m^2; keeps the ends flat on the ground.
+        middle_weight: of the middle's vertical velocity, s^2/m^2.
+        activation: cost of effort and change. The effort spreads a contraction over the body: with
+            little of it the segments nearest to the moving end, which answer first, do it all.
+    """
+
+    stride: float = 0.12
+    arch: float = 0.0
+    pull_time: float = 0.6
+    push_time: float = 0.6
+    follow: float = 10.0
+    corner_weight: float = 0.05
+    ground_weight: float = 0.05
+    middle_weight: float = 0.1
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=1.0, change=20.0)
+    )
+
+
+class Crawl:
+    """Moves the four corners of a lying body along trajectories that repeat, and its middle.
+
+    Every phase begins from where the holding end is, so that slipping does not add up; the way
+    across and the height are those of the start. An end moves by a smooth step, at rest at both
+    ends of its way.
+    """
+
+    def __init__(self, gains: CrawlGains | None = None, *, start: float = 0.5) -> None:
+        """Crawl along +x from ``start`` s on, over and over."""
+        self._gains = gains or CrawlGains()
+        self.phase = CrawlPhase.REST
+        self._since = 0.0
+        self._lasts = start
+        self._home: dict[str, FloatArray] = {}
+        self._goals: dict[str, float] = {}
+        self._length = 0.0
+
+    def goals(self, view: BodyView) -> Goals:
+        """Objectives of the step from ``view`` on."""
+        if not self._home:
+            self._home = {name: _mean(view, name) for name in (*TAIL, *HEAD)}
+            self._hold(view, (*TAIL, *HEAD))
+            self._length = self._end(HEAD) - self._end(TAIL)
+        if view.time - self._since >= self._lasts - 1e-9:
+            self._advance(view)
+        share, rate = self._progress(view.time)
+        corners = self._corners(view, share, rate)
+        return Goals(
+            objectives=(*corners, self._middle(view, share, rate)),
+            patches=ground_patches(view, BELLY_PATCHES),
+            activation=self._gains.activation,
+        )
+
+    def _advance(self, view: BodyView) -> None:
+        """Go on to the next phase, from where the end is that will hold."""
+        g = self._gains
+        self._since += self._lasts
+        pulling = self.phase is not CrawlPhase.PULL
+        self.phase = CrawlPhase.PULL if pulling else CrawlPhase.PUSH
+        self._lasts = g.pull_time if pulling else g.push_time
+        self._hold(view, HEAD if pulling else TAIL)
+
+    def _hold(self, view: BodyView, names: tuple[str, ...]) -> None:
+        for name in names:
+            self._goals[name] = float(_mean(view, name)[0])
+
+    def _end(self, names: tuple[str, ...]) -> float:
+        """Where an end is to be along x, m."""
+        return sum(self._goals[name] for name in names) / len(names)
+
+    def _progress(self, time: float) -> tuple[float, float]:
+        """How far the ends are to have come together, from 0 to 1, and the rate of it, 1/s."""
+        if self.phase is CrawlPhase.REST:
+            return 0.0, 0.0
+        part = min((time - self._since) / self._lasts, 1.0)
+        share, rate = part * part * (3.0 - 2.0 * part), 6.0 * part * (1.0 - part) / self._lasts
+        return (share, rate) if self.phase is CrawlPhase.PULL else (1.0 - share, -rate)
+
+    def _corners(self, view: BodyView, share: float, rate: float) -> list[Objective]:
+        """Trajectories of the four corners: one end holds, the other follows."""
+        g = self._gains
+        length = self._length - g.stride * share
+        moving, speed = {
+            CrawlPhase.REST: ((), 0.0),
+            CrawlPhase.PULL: (TAIL, g.stride * rate),
+            CrawlPhase.PUSH: (HEAD, -g.stride * rate),
+        }[self.phase]
+        for name in moving:
+            goal = self._end(HEAD) - length if moving is TAIL else self._end(TAIL) + length
+            self._goals[name] = goal
+        return [
+            self._corner(view, name, speed if name in moving else 0.0) for name in (*TAIL, *HEAD)
+        ]
+
+    def _corner(self, view: BodyView, name: str, speed: float) -> Objective:
+        g = self._gains
+        weights = _weights(view, (name,))
+        goal = np.array([self._goals[name], *self._home[name][1:]])
+        way = np.array([speed, 0.0, 0.0]) + g.follow * (goal - weights @ view.positions)
+        cost = np.array([g.corner_weight, g.corner_weight, g.ground_weight])
+        return objectives.velocity(view, weights, way, cost * USUAL_STEP / view.time_step)
+
+    def _middle(self, view: BodyView, share: float, rate: float) -> Objective:
+        g = self._gains
+        weights = _weights(view, MIDDLE)
+        miss = g.arch * share - weights @ view.positions[:, 2]
+        return Objective(
+            name="middle",
+            rows=objectives.mean_rows(view, weights)[2:],
+            target=np.array([g.arch * rate + g.follow * miss]),
+            weight=np.array([g.middle_weight * USUAL_STEP / view.time_step]),
+        )
+
+
+def _mean(view: BodyView, region: str) -> FloatArray:
+    return np.asarray(view.positions[view.scene.character.region(region)].mean(axis=0))
+
+
+def _weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
+    """Nodal weights (n,) of the mean of some regions."""
+    nodes = np.unique(np.concatenate([view.scene.character.region(name) for name in regions]))
+    weights = np.zeros(view.node_count)
+    weights[nodes] = 1.0 / len(nodes)
+    return weights
