@@ -45,11 +45,13 @@ class Goals:
         objectives: weighted squares of linear functions of v+.
         patches: contacts that the plan may use.
         activation: cost of the activations.
+        resting: segments that may not contract.
     """
 
     objectives: tuple[Objective, ...]
     patches: tuple[Patch, ...] = ()
     activation: ActivationCost = field(default_factory=ActivationCost)
+    resting: tuple[int, ...] = ()
 
 
 class Controller(Protocol):

@@ -72,8 +72,15 @@ class Crawl:
     ends of its way.
     """
 
-    def __init__(self, gains: CrawlGains | None = None, *, start: float = 0.5) -> None:
-        """Crawl along +x from ``start`` s on, over and over."""
+    def __init__(
+        self,
+        gains: CrawlGains | None = None,
+        *,
+        start: float = 0.5,
+        resting: tuple[int, ...] = (),
+    ) -> None:
+        """Crawl along +x from ``start`` s on, over and over, without the ``resting`` segments."""
+        self._resting = resting
         self._gains = gains or CrawlGains()
         self.phase = CrawlPhase.REST
         self._since = 0.0
@@ -96,6 +103,7 @@ class Crawl:
             objectives=(*corners, self._middle(view, share, rate)),
             patches=ground_patches(view, BELLY_PATCHES),
             activation=self._gains.activation,
+            resting=self._resting,
         )
 
     def _advance(self, view: BodyView) -> None:

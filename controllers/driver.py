@@ -15,6 +15,7 @@ from warp_softbody.controllers.pieces import LIFT, STICK
 from warp_softbody.controllers.qpcc import ContactQPCC
 from warp_softbody.controllers.result import QPCCResult, QPCCStatus, SolverOptions
 from warp_softbody.controllers.solver import solve_qpcc, solve_static
+from warp_softbody.frame import ContactSample
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,11 +46,14 @@ class Decision:
         rest_lengths: l_d, (s,) m.
         result: of the QPCC.
         converged: whether the bridge's solve reached its tolerance.
+        planned: the patches with the modes and forces that the plan has for them; in place of
+            nodes their numbers.
     """
 
     rest_lengths: FloatArray
     result: QPCCResult
     converged: bool
+    planned: ContactSample
 
 
 def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
@@ -82,6 +86,8 @@ def build_qpcc(
     gaps = np.zeros(3 * len(goals.patches))
     gaps[::3] = [patch.gap / time_step for patch in goals.patches]
     lower, upper = activation_bounds(problem)
+    resting = list(goals.resting)
+    lower[resting] = upper[resting]
     return ContactQPCC(
         hessian=0.5 * (hessian + hessian.T),
         gradient=gradient,
@@ -116,10 +122,18 @@ class Driver:
 
     def decide(self, view: BodyView) -> Decision | None:
         """Rest lengths of the step from ``view`` on; None leaves the muscles slack."""
+        goals = self.goals(view)
+        return None if goals is None else self.plan(view, goals)
+
+    def goals(self, view: BodyView) -> Goals | None:
+        """What the controller wants of the step from ``view`` on; to be asked once a step."""
         goals = self._controller.goals(view)
         if goals is None:
             self._modes = None
-            return None
+        return goals
+
+    def plan(self, view: BodyView, goals: Goals) -> Decision:
+        """Rest lengths that serve goals best; the step's matrix has to be assembled."""
         rows = [objective.rows for objective in goals.objectives]
         rows += [patch.rows() for patch in goals.patches]
         problem = self._bridge.solve(np.concatenate(rows))
@@ -135,6 +149,7 @@ class Driver:
             rest_lengths=chosen * problem.rest_lengths,
             result=result,
             converged=problem.converged,
+            planned=_planned(view, goals.patches, result),
         )
 
     def _solve(
@@ -158,3 +173,18 @@ class Driver:
             return self._modes if len(self._modes) == len(patches) else None
         known = dict(zip(self._parts, self._modes, strict=True))
         return tuple(known.get(patch.part, STICK if patch.touching else LIFT) for patch in patches)
+
+
+def _planned(view: BodyView, patches: tuple[Patch, ...], result: QPCCResult) -> ContactSample:
+    """Mean points of the patches, and what the plan has for them."""
+    if not patches or len(result.modes) != len(patches):
+        return ContactSample()
+    weights = np.array([patch.weights for patch in patches])
+    frames = np.array([patch.frame for patch in patches])
+    forces = np.einsum("kij,ki->kj", frames, result.forces) / view.time_step
+    return ContactSample(
+        nodes=np.arange(len(patches), dtype=np.int32),
+        points=weights @ view.positions,
+        modes=np.array(result.contact_modes, dtype=np.int32),
+        forces=forces,
+    )

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
 from warp_softbody.ground_friction import DIRECTIONS, factors_at, friction_by_node
+from warp_softbody.mesh import TetMesh
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
@@ -136,15 +137,25 @@ def _force_factors(
     return np.asarray(np.average(rows, axis=0, weights=shares))
 
 
+@lru_cache(maxsize=8)
+def _tets_around(mesh: TetMesh) -> tuple[FloatArray, IntArray, IntArray]:
+    """Inverse rest edges (m, 3, 3); tets sorted by the nodes they hold, and where each begins."""
+    corners = mesh.points[mesh.tets]
+    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1])
+    nodes = mesh.tets.ravel()
+    order = np.argsort(nodes, kind="stable")
+    begins = np.searchsorted(nodes[order], np.arange(len(mesh.points) + 1))
+    return inverse, (order // 4).astype(np.int32), begins.astype(np.int32)
+
+
 def _carried(view: BodyView, nodes: IntArray, directions: FloatArray) -> FloatArray:
     """Directions (k, 3) at nodes, turned with the mean deformation gradient around each node."""
     mesh = view.scene.character.mesh
-    carried = np.empty_like(directions)
-    for row, node in enumerate(nodes):
-        tets = mesh.tets[(mesh.tets == node).any(axis=1)]
-        rest, now = (
-            points[tets[:, 1:]] - points[tets[:, :1]] for points in (mesh.points, view.positions)
-        )
-        gradients = np.linalg.solve(rest, now).transpose(0, 2, 1)
-        carried[row] = gradients.mean(axis=0) @ directions[row]
-    return carried
+    inverse, order, begins = _tets_around(mesh)
+    counts = begins[nodes + 1] - begins[nodes]
+    tets = np.concatenate([order[begins[node] : begins[node + 1]] for node in nodes])
+    corners = view.positions[mesh.tets[tets]]
+    transposed = inverse[tets] @ (corners[:, 1:] - corners[:, :1])
+    carried = np.einsum("ti,tij->tj", np.repeat(directions, counts, axis=0), transposed)
+    firsts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    return np.asarray(np.add.reduceat(carried, firsts) / counts[:, None])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from warp_softbody.stage_exports.chunks import recover
-    from warp_softbody.stage_exports.measures import Measures, measure
+    from warp_softbody.stage_exports.measures import Measures, measure, reversals
     from warp_softbody.stage_exports.movie import Movie
     from warp_softbody.stage_exports.picture import draw_picture
     from warp_softbody.stage_exports.reader import Take, body_names, read_take
@@ -29,6 +29,7 @@ _HOMES = {
     "measure": "measures",
     "read_take": "reader",
     "recover": "chunks",
+    "reversals": "measures",
     "take_bounds": "sheet",
     "validate": "validation",
 }
@@ -44,6 +45,7 @@ __all__ = [
     "measure",
     "read_take",
     "recover",
+    "reversals",
     "take_bounds",
     "validate",
 ]

@@ -24,6 +24,7 @@ class StagedBody:
         segments: its rows of Frame.activations.
         vertices: its rows of Frame.fiber_points.
         touches: whether there is anything that it could touch.
+        plans: whether a controller could plan contacts for it.
         alone: whether all of a frame is its own.
     """
 
@@ -33,6 +34,7 @@ class StagedBody:
     segments: slice
     vertices: slice
     touches: bool
+    plans: bool
     alone: bool
 
     @cached_property
@@ -51,6 +53,7 @@ class StagedBody:
             activations=frame.activations[self.segments],
             fiber_points=frame.fiber_points[self.vertices],
             contacts=self._own(frame.contacts),
+            patches=frame.patches if self.plans else ContactSample(),
         )
 
     def _own(self, contacts: ContactSample) -> ContactSample:
@@ -78,6 +81,7 @@ def staged_bodies(scene: Scene) -> tuple[StagedBody, ...]:
                 segments=part.segments,
                 vertices=slice(start, vertices),
                 touches=scene.ground is not None or scene.has_pairs,
+                plans=not bodies and scene.ground is not None and character.segment_count > 0,
                 alone=not scene.others,
             )
         )

@@ -23,6 +23,7 @@ SKIN = "Skin"
 TETS = "Tets"
 FIBERS = "Fibers"
 CONTACTS = "Contacts"
+PATCHES = "Patches"
 
 REST = "primvars:rest"
 ACTIVATION = "primvars:activation"

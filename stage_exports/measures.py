@@ -42,6 +42,18 @@ class Measures:
     finite: npt.NDArray[np.bool_]
 
 
+def reversals(take: Take) -> float:
+    """Share of node accelerations between frames that turn against those of the frame before.
+
+    A node's acceleration turns against another when their dot product is negative. A body that
+    shakes has many; it depends on the frame rate, so compare at 60 frames a second.
+    """
+    if len(take) < 4:
+        return 0.0
+    change = np.diff(take.velocities, axis=0)
+    return float(((change[1:] * change[:-1]).sum(axis=2) < 0.0).mean())
+
+
 def measure(take: Take) -> Measures:
     """Measure every frame of a take."""
     rest_volumes = tet_volumes(take.rest, take.tets)

@@ -1,4 +1,4 @@
-"""A body's prims without their motion: skin, tets, fibres and contacts in the rest pose."""
+"""A body's prims without their motion: skin, tets, fibres, contacts and patches at rest."""
 
 from __future__ import annotations
 
@@ -28,6 +28,10 @@ def define_body(stage: Any, body: StagedBody, material: Any) -> None:
         shown.append(_define_fibers(stage, f"{path}/{conventions.FIBERS}", body))
     if body.touches:
         shown.append(_define_contacts(stage, f"{path}/{conventions.CONTACTS}"))
+    if body.plans:
+        patches = _define_contacts(stage, f"{path}/{conventions.PATCHES}")
+        patches.CreatePurposeAttr(UsdGeom.Tokens.guide)
+        shown.append(patches)
     for prim in shown:
         UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
 

@@ -39,6 +39,7 @@ class Take:
         activations: (f, s) l_d / l_0.
         contacts: touching nodes, one sample a frame, without their numbers; empty ones where
             there is nothing to touch.
+        patches: what the controller planned for its patches, likewise.
         ground: what it moved on, or None.
         metadata: what the writer was given.
     """
@@ -57,6 +58,7 @@ class Take:
     fiber_points: FloatArray
     activations: FloatArray
     contacts: tuple[ContactSample, ...]
+    patches: tuple[ContactSample, ...]
     ground: Ground | None
     metadata: Mapping[str, Any]
 
@@ -116,6 +118,7 @@ def _take(stage: Any, body: Any, path: str | Path) -> Take:
         fiber_points=fiber_points,
         activations=activations,
         contacts=_contacts(body.GetChild(conventions.CONTACTS), codes),
+        patches=_contacts(body.GetChild(conventions.PATCHES), codes),
         ground=read_ground(stage.GetPrimAtPath(conventions.GROUND)),
         metadata=stage.GetRootLayer().customLayerData.get(conventions.METADATA_KEY, {}),
     )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pxr import Sdf
 
-from warp_softbody.frame import Frame
+from warp_softbody.frame import ContactSample, Frame
 from warp_softbody.stage_exports import conventions, values
 from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.palette import activation_colors, mode_colors
@@ -72,7 +72,9 @@ def frame_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
     if len(body.layout.segment_ends):
         yield from _fiber_samples(body, frame)
     if body.touches:
-        yield from _contact_samples(body, frame)
+        yield from _contact_samples(conventions.CONTACTS, body, frame.contacts)
+    if body.plans:
+        yield from _contact_samples(conventions.PATCHES, body, frame.patches)
 
 
 def _moving_points(
@@ -93,14 +95,12 @@ def _fiber_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
     yield Sample(conventions.FIBERS, "primvars:displayColor", values.vectors(colors))
 
 
-def _contact_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
-    contacts = frame.contacts
+def _contact_samples(prim: str, body: StagedBody, contacts: ContactSample) -> Iterator[Sample]:
     points = values.vectors(np.asarray(contacts.points).reshape(-1, 3))
     width = contact_width(body)
-    colors = mode_colors(contacts.modes)
-    yield Sample(conventions.CONTACTS, "points", points)
-    yield Sample(conventions.CONTACTS, "extent", values.extent(points, width))
-    yield Sample(conventions.CONTACTS, "widths", values.floats(np.full(len(points), width)))
-    yield Sample(conventions.CONTACTS, "primvars:displayColor", values.vectors(colors))
-    yield Sample(conventions.CONTACTS, conventions.CONTACT_MODE, values.integers(contacts.modes))
-    yield Sample(conventions.CONTACTS, conventions.CONTACT_FORCE, values.vectors(contacts.forces))
+    yield Sample(prim, "points", points)
+    yield Sample(prim, "extent", values.extent(points, width))
+    yield Sample(prim, "widths", values.floats(np.full(len(points), width)))
+    yield Sample(prim, "primvars:displayColor", values.vectors(mode_colors(contacts.modes)))
+    yield Sample(prim, conventions.CONTACT_MODE, values.integers(contacts.modes))
+    yield Sample(prim, conventions.CONTACT_FORCE, values.vectors(contacts.forces))

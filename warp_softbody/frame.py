@@ -48,6 +48,8 @@ class Frame:
         activations: (segments,) l_d / l_0; 1 for a slack segment.
         fiber_points: (p, 3) m, the vertices of all fibres in the order of Scene.whole.fibers.
         contacts: touching nodes.
+        patches: what the controller planned for its patches in the step that led here, by their
+            numbers, where it had a plan.
     """
 
     index: int
@@ -57,3 +59,4 @@ class Frame:
     activations: FloatArray
     fiber_points: FloatArray
     contacts: ContactSample
+    patches: ContactSample = field(default_factory=ContactSample)

@@ -9,15 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.bridge import Bridge
-from warp_softbody.controllers.controller import Controller
+from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.controllers.driver import Driver, Method
 from warp_softbody.errors import InputError, NotFiniteError
-from warp_softbody.frame import ContactMode, ContactSample, Frame
+from warp_softbody.frame import ContactSample, Frame
 from warp_softbody.model import build_model
 from warp_softbody.options import SimulationOptions
 from warp_softbody.scene import Scene
 from warp_softbody.sleep import Sleep
-from warp_softbody.state import SLACK, Contacts, Control, PairStates, State
+from warp_softbody.snapshots import Snapshots
+from warp_softbody.state import SLACK, Contacts, Control, State
 from warp_softbody.statistics import MeanSpread, RunSummary, StepLog
 from warp_softbody.stepper import Stepper
 from warp_softbody.view import BodyView
@@ -67,8 +68,8 @@ class Simulation:
         if controller is not None and self.model.segment_count:
             self._driver = Driver(controller, Bridge(self._stepper), method)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
-        own = np.arange(self.model.node_count) < self.model.scene.parts[0].nodes.stop
-        self._character_masses = np.where(own, self.model.masses, 0.0)
+        self._planned = ContactSample()
+        self._snapshots = Snapshots(self.model)
         self._pushed = False
         self._sleep = Sleep(step, allowed=options.sleep)
         self._steps = 0
@@ -103,14 +104,17 @@ class Simulation:
         first = self._steps == 0
         begun = time.perf_counter()
         pushed = self._push()
-        if self._sleep.asleep and not pushed:
+        wanted = self._goals()
+        acted = pushed or wanted is not None
+        if self._sleep.asleep and not acted:
             self._sleep.skip()
             self._steps += 1
             self._wall += time.perf_counter() - begun
             return
+        asked = time.perf_counter()
         self._stepper.assemble(self._state)
         assembled = time.perf_counter()
-        self._decide()
+        self._decide(wanted)
         decided = time.perf_counter()
         self._stepper.solve(self._state, self._control, self._contacts)
         solved = time.perf_counter()
@@ -131,7 +135,7 @@ class Simulation:
             )
         self._state, self._after = self._after, self._state
         self._steps += 1
-        self._sleep.note(statistics.fastest, acted=pushed or self._driver is not None)
+        self._sleep.note(statistics.fastest, acted=acted)
         ended = time.perf_counter()
         self._log.unconverged += not (statistics.converged and statistics.contact_converged)
         if first:
@@ -140,8 +144,8 @@ class Simulation:
             return
         self._wall += ended - begun
         log = self._log
-        log.seconds["assembly"].append(assembled - begun)
-        log.seconds["control"].append(decided - assembled)
+        log.seconds["assembly"].append(assembled - asked)
+        log.seconds["control"].append(asked - begun + decided - assembled)
         log.seconds["solve"].append(solved - decided)
         log.seconds["contact"].append(ended - solved)
         log.iterations.append(statistics.iterations)
@@ -190,30 +194,26 @@ class Simulation:
 
     def view(self) -> BodyView:
         """The state as a controller sees it."""
-        touching = np.zeros(self.model.node_count, dtype=bool)
-        if self.model.contact_count:
-            surface = self.model.body.mesh.surface_nodes
-            touching[surface] = self._contacts.modes.numpy() != ContactMode.LIFT
-        rest = self.model.muscles.rest_lengths
-        return BodyView(
-            scene=self.model.scene,
-            time=self.time,
-            time_step=self.model.options.time_step,
-            masses=self._character_masses,
-            positions=self._state.positions.numpy().astype(np.float64),
-            velocities=self._state.velocities.numpy().astype(np.float64),
-            touching=touching,
-            activations=np.minimum(self._rest_lengths / rest, 1.0) if len(rest) else np.zeros(0),
-        )
+        return self._snapshots.view(self._state, self._contacts, self._rest_lengths, self.time)
 
-    def _decide(self) -> None:
+    def _goals(self) -> tuple[BodyView, Goals] | None:
+        """What the controller wants of the step, and what it saw."""
+        if self._driver is None:
+            return None
+        view = self.view()
+        goals = self._driver.goals(view)
+        return None if goals is None else (view, goals)
+
+    def _decide(self, wanted: tuple[BodyView, Goals] | None) -> None:
         if self._driver is None:
             return
-        decision = self._driver.decide(self.view())
-        if decision is None:
+        if wanted is None:
             self._rest_lengths = SLACK * self.model.muscles.rest_lengths
+            self._planned = ContactSample()
         else:
+            decision = self._driver.plan(*wanted)
             self._rest_lengths = decision.rest_lengths
+            self._planned = decision.planned
             self._log.qps.append(decision.result.qp_count)
             self._log.unconverged += not decision.converged
             self._log.patches = max(self._log.patches, len(decision.result.modes))
@@ -235,35 +235,7 @@ class Simulation:
         return self._pushed
 
     def _handed_out(self) -> Frame:
-        model = self.model
-        positions = self._state.positions.numpy().astype(np.float64)
-        layout = model.muscles
-        points = np.einsum("pk,pka->pa", layout.point_weights, positions[layout.point_nodes])
-        rest = layout.rest_lengths
-        frame = Frame(
-            index=self._frames,
-            time=self.time,
-            positions=positions,
-            velocities=self._state.velocities.numpy().astype(np.float64),
-            activations=np.minimum(self._rest_lengths / rest, 1.0) if len(rest) else np.zeros(0),
-            fiber_points=points,
-            contacts=self._touching(positions),
-        )
+        now = (self._state, self._contacts, self._rest_lengths, self._planned)
+        frame = self._snapshots.frame(self._frames, self.time, *now)
         self._frames += 1
         return frame
-
-    def _touching(self, positions: FloatArray) -> ContactSample:
-        surface = self.model.body.mesh.surface_nodes
-        states: list[Contacts | PairStates] = [self._contacts] if self.model.contact_count else []
-        states += [self._contacts.pairs] if self._contacts.pairs is not None else []
-        modes = np.concatenate([state.modes.numpy() for state in states] or [np.zeros(0, int)])
-        impulses = np.concatenate([s.impulses.numpy() for s in states] or [np.zeros((0, 3))])
-        chosen = modes != ContactMode.LIFT
-        nodes = np.tile(surface, len(states))[chosen]
-        return ContactSample(
-            nodes=nodes.astype(np.int32),
-            points=positions[nodes],
-            # the places of a polygon of friction are all sliding
-            modes=np.minimum(modes[chosen], ContactMode.SLIDE).astype(np.int32),
-            forces=impulses[chosen].astype(np.float64) / self.model.options.time_step,
-        )

@@ -11,8 +11,11 @@ import pytest
 
 from tests.bodies import box, muscular_bar
 from warp_softbody import Body, Character, Material, Plane, Push, Scene, Simulation, placed
+from warp_softbody.controllers import Goals
+from warp_softbody.controllers.objectives import linear_momentum
 from warp_softbody.options import SimulationOptions
 from warp_softbody.sleep import STILL_SECONDS, STILL_SPEED, Sleep
+from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -33,7 +36,7 @@ def after(scene: Scene, seconds: float, **options: Any) -> Simulation:
 
 
 def places(simulation: Simulation) -> FloatArray:
-    return simulation._state.positions.numpy().astype(np.float64)
+    return np.array(simulation._state.positions.numpy(), dtype=np.float64)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -90,19 +93,30 @@ def test_slow_swing_is_not_taken_for_rest() -> None:
     np.testing.assert_array_equal(places(asleep), places(awake))
 
 
-def test_muscles_are_not_put_to_sleep() -> None:
-    """A controlled body is the controller's affair."""
+class Holds:
+    """Wants no momentum for a while, then nothing."""
 
-    class Still:
-        def goals(self, view: Any) -> None:
+    def __init__(self, seconds: float) -> None:
+        """For so long."""
+        self._seconds = seconds
+
+    def goals(self, view: BodyView) -> Goals | None:
+        """See `Controller`."""
+        if view.time > self._seconds:
             return None
+        return Goals(objectives=(linear_momentum(view, np.zeros(3)),))
 
-    simulation = Simulation(
-        Scene(character=muscular_bar(), ground=Plane(friction=0.5)), Still(), time_step=0.01
-    )
-    for _ in range(60):
+
+def test_controlled_body_sleeps_only_when_limp() -> None:
+    """While the controller wants something, its muscles may move at any step."""
+    scene = Scene(character=muscular_bar(), ground=Plane(friction=0.5))
+    simulation = Simulation(scene, Holds(1.0), time_step=0.01, fps=100.0)
+    for _ in range(100):
         simulation.step()
     assert simulation.summary().slept_steps == 0
+    for _ in range(500):
+        simulation.step()
+    assert simulation.summary().slept_steps > 100
 
 
 def test_sleep_needs_the_whole_window() -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
+from warp_softbody import ContactSample, Frame, scenes
 from warp_softbody.errors import InputError
 from warp_softbody.scene import Scene
-from warp_softbody.stage_exports import measure, read_take
+from warp_softbody.stage_exports import StageWriter, measure, read_take, reversals
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -95,3 +97,27 @@ def test_other_files_are_refused_in_one_sentence(tmp_path: Any, content: bytes |
         path.write_bytes(content)
     with pytest.raises(InputError, match=r"other\.usda"):
         read_take(path)
+
+
+def test_reversals_of_a_shaken_and_of_a_thrown_body(tmp_path: Path) -> None:
+    """A velocity that swings every other frame reverses always, a steady pull never does."""
+    scene = scenes.make("drop-block").scene
+    points = scene.character.mesh.points
+    for name, expected in (("swing", 1.0), ("pull", 0.0)):
+        path = tmp_path / f"{name}.usdc"
+        with StageWriter(path, scene, fps=60.0) as stage:
+            for index in range(10):
+                speed = (-1.0) ** index if name == "swing" else 0.1 * index
+                velocities = np.full(points.shape, speed)
+                stage.write(
+                    Frame(
+                        index=index,
+                        time=index / 60.0,
+                        positions=points,
+                        velocities=velocities,
+                        activations=np.zeros(0),
+                        fiber_points=np.zeros((0, 3)),
+                        contacts=ContactSample(),
+                    )
+                )
+        assert reversals(read_take(path)) == expected

@@ -92,7 +92,7 @@ def test_matrix_at_rest_is_that_of_linear_elasticity() -> None:
     """cof(I) = I: the two agree to rounding where nothing is strained."""
     found = []
     for volume in ("linear", "exact"):
-        placed = still(replace(EXACT, volume=volume), precision="float64")  # type: ignore[arg-type]
+        placed = still(replace(EXACT, volume=volume), precision="float64")
         placed.stepper.assemble(placed.state)
         found.append(matrix(placed))
     np.testing.assert_allclose(found[1], found[0], atol=1e-9 * np.abs(found[0]).max())
