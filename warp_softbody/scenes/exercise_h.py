@@ -1,0 +1,60 @@
+"""Letter H sways from side to side (the paper's exercising H)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from warp_softbody.character import Character
+from warp_softbody.characters import letter_h
+from warp_softbody.controllers.controller import ActivationCost
+from warp_softbody.controllers.exercise import Exercise, ExerciseGains, Sway
+from warp_softbody.ground import Plane
+from warp_softbody.scene import Scene
+from warp_softbody.scenes.plan import SceneRecipe, Values
+from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+
+STRENGTH = 5e5
+"""Pa: a quarter more than the letter has, so that muscles a fifth weaker still reach the path."""
+
+PATH = Sway(amplitude=0.09, period=2.0, periods=4.0, ease=0.5)  # m, s, s
+
+START = 0.5  # s
+
+GAINS = ExerciseGains(
+    position=200.0,  # 1/s^2
+    velocity=25.0,  # 1/s
+    spin=8.0,  # 1/s
+    momentum_weight=1.0,  # of rows in m g dt
+    spin_weight=30.0,  # of rows in m g dt times 1 m
+    activation=ActivationCost(effort=0.3, change=4.0),
+)
+"""By hand, in some thirty runs: Kp until the path is met, then effort until a push of 0.2 body
+weights and half the time step do no harm."""
+
+
+def exercising_letter() -> Character:
+    """Letter H with stronger muscles."""
+    letter = letter_h()
+    muscles = tuple(replace(group, strength=STRENGTH) for group in letter.muscles)
+    return replace(letter, muscles=muscles)
+
+
+def build(values: Values) -> tuple[Scene, Exercise]:
+    """The letter on a floor, and four periods of its exercise."""
+    character = exercising_letter()
+    scene = Scene(
+        character=character,
+        ground=Plane(friction=values["friction"]),
+        pushes=head_push(character, values),
+    )
+    return scene, Exercise(GAINS, path=PATH, start=START)
+
+
+RECIPE = SceneRecipe(
+    name="exercise-h",
+    description="letter H sways from side to side",
+    settings=(replace(PUSH_SETTINGS[0], default=0.0), *PUSH_SETTINGS[1:]),
+    build=build,
+    seconds=9.5,
+    time_step=1.0 / 60.0,
+)
