@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
-from warp_softbody.ground_friction import DIRECTIONS, factors_at, friction_by_node
+from warp_softbody.ground_friction import DIRECTIONS, factors_at
 from warp_softbody.mesh import TetMesh
 from warp_softbody.view import BodyView
 
@@ -126,22 +126,19 @@ def _force_factors(
     character = view.scene.character
     if not character.directional_friction:
         return np.ones(DIRECTIONS)
-    by_node = friction_by_node(character)
+    by_node = character.node_friction
     ahead = _carried(view, nodes, by_node.forward[nodes]) @ frame[1:].T
     forward = np.arctan2(ahead[:, 1], ahead[:, 0])
     sliding = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    rows = [
-        factors_at(eight, sliding - angle)
-        for eight, angle in zip(by_node.factors[nodes], forward, strict=True)
-    ]
-    return np.asarray(np.average(rows, axis=0, weights=shares))
+    factors = factors_at(by_node.factors[nodes], sliding - forward[:, None])
+    return np.asarray(np.average(factors, axis=0, weights=shares))
 
 
 @lru_cache(maxsize=8)
 def _tets_around(mesh: TetMesh) -> tuple[FloatArray, IntArray, IntArray]:
     """Inverse rest edges (m, 3, 3); tets sorted by the nodes they hold, and where each begins."""
     corners = mesh.points[mesh.tets]
-    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1])
+    inverse = np.asarray(np.linalg.inv(corners[:, 1:] - corners[:, :1]), dtype=np.float64)
     nodes = mesh.tets.ravel()
     order = np.argsort(nodes, kind="stable")
     begins = np.searchsorted(nodes[order], np.arange(len(mesh.points) + 1))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.errors import InputError
-from warp_softbody.ground_friction import DirectionalFriction
+from warp_softbody.ground_friction import DirectionalFriction, NodeFriction, friction_by_node
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.muscles import Fiber, MuscleGroup
@@ -72,6 +73,11 @@ class Character:
     def segment_count(self) -> int:
         """Number of muscle segments of all groups."""
         return sum(group.segment_count for group in self.muscles)
+
+    @cached_property
+    def node_friction(self) -> NodeFriction:
+        """What directional friction says of each node."""
+        return friction_by_node(self)
 
     def region(self, name: str) -> IntArray:
         """Node indices of a named region; one sentence when there is none of that name."""

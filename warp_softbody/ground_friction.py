@@ -64,10 +64,12 @@ class DirectionalFriction:
 
 
 def factors_at(eight: FloatArray, angles: FloatArray) -> FloatArray:
-    """Factors at angles (k,) from forward, rad, linear between the eight given."""
+    """Factors at angles (..., k) from forward, rad, linear between the eight given (..., 8)."""
     place = np.mod(angles, 2.0 * np.pi) * DIRECTIONS / (2.0 * np.pi)
-    turn = np.append(eight, eight[0])
-    return np.asarray(np.interp(place, np.arange(DIRECTIONS + 1), turn))
+    low = place.astype(np.int64)
+    first = np.take_along_axis(eight, low % DIRECTIONS, axis=-1)
+    second = np.take_along_axis(eight, (low + 1) % DIRECTIONS, axis=-1)
+    return np.asarray(first + (place - low) * (second - first))
 
 
 class NodeFriction(NamedTuple):

@@ -12,7 +12,6 @@ import warp as wp
 from warp_softbody.aggregation import Aggregation
 from warp_softbody.block_factor import constant_integers
 from warp_softbody.bodies import Part
-from warp_softbody.ground_friction import friction_by_node
 from warp_softbody.kernels.precision import Real
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
@@ -231,7 +230,7 @@ def _ground_arrays(make: Allocator, scene: Scene, friction: float) -> Arrays:
     nodes = body.mesh.surface_nodes
     forward, factors = np.zeros((1, 3)), np.zeros((1, 1))
     if body.directional_friction:
-        by_node = friction_by_node(body)
+        by_node = body.node_friction
         forward, factors = by_node.forward[nodes], by_node.factors[nodes]
     return {
         "friction_coefficient": make.array(np.full(len(nodes), friction), types.scalar),
