@@ -25,8 +25,11 @@ CHUNKS = 64
 """Pieces that sums over nodes are cut into; fixed, so that a sum does not depend on the machine."""
 
 
-LARGEST_FACTOR = 450
-"""Nodes beyond which two levels cost less than a factor, by measurement."""
+MOST_FACTOR_BLOCKS = 12_000
+"""Blocks of a body's factor beyond which two levels cost less than it, by measurement."""
+
+LARGEST_FACTOR = 1000
+"""Nodes beyond which no factor has so few blocks."""
 
 
 def lumped_masses(
@@ -145,7 +148,9 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
     fixed[body.fixed] = True
     aggregation = None
     elimination = None
-    if max(part.nodes.stop - part.nodes.start for part in parts) > LARGEST_FACTOR:
+    if max(part.nodes.stop - part.nodes.start for part in parts) <= LARGEST_FACTOR:
+        elimination = build_elimination(topology, fixed)
+    if elimination is None or len(elimination.column) > MOST_FACTOR_BLOCKS * len(parts):
         aggregation = build_aggregation(topology, fixed, mesh.points)
         none = np.zeros(2 * aggregation.count, dtype=bool)
         elimination = build_elimination(aggregation.pattern, none)
@@ -158,7 +163,7 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
         scene=scene,
         options=options,
         topology=topology,
-        elimination=elimination or build_elimination(topology, fixed),
+        elimination=elimination,
         aggregation=aggregation,
         fixed=fixed,
         muscles=muscles,
