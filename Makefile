@@ -2,6 +2,8 @@
 #   make demo       installs into .venv and runs the main job: a letter that keeps its balance
 #   make test       lints, type-checks and runs every test but the long ones
 #   make test-long  the long ones
+#   make charts     charts error over cost of the scenes into docs/frontier (an hour or two), and
+#                   stores the settings that `run --error` uses; stopped, it goes on where it was
 #   make clean      removes what the others made
 # Another interpreter: make PYTHON=python3.12 demo
 
@@ -9,11 +11,14 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
+# Errors for which settings are stored; the least are what the references allow.
+TUNED := cantilever=2% cantilever=5% twisted-bar=2% twisted-bar=5% drop-block=5% drop-block=10% \
+	slope=1% stack=1% bounce-ball=20%
 
 # Small dense matrices are solved faster, and runs repeat bit for bit, on one BLAS thread.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test test-long clean
+.PHONY: demo test test-long charts clean
 
 demo: $(VENV)/.demo
 	mkdir -p $(OUT)
@@ -31,12 +36,25 @@ test: $(VENV)/.dev
 test-long: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -m long
 
+# One run at a time, so that costs are those of a core that shares nothing with another run.
+charts: $(VENV)/.charts
+	$(BIN)/python -m warp_softbody chart all --peers --workers 1 \
+		--out docs/frontier --journal $(OUT)/frontier
+	for pair in $(TUNED); do \
+		$(BIN)/python -m warp_softbody tune $${pair%=*} --error $${pair#*=} --workers 1 \
+			--journal $(OUT)/frontier --out warp_softbody/accuracy/tuned.json || exit 1; \
+	done
+
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 # An editable install only has to be made again when the dependencies change.
 $(VENV)/.demo: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[view]"
+	touch $@
+
+$(VENV)/.charts: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[charts,bench]"
 	touch $@
 
 $(VENV)/.dev: pyproject.toml | $(BIN)/python

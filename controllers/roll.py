@@ -9,11 +9,16 @@ import numpy.typing as npt
 
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals
-from warp_softbody.controllers.patches import Patch, patch_of
+from warp_softbody.controllers.patch_clusters import clustered_patches
+from warp_softbody.controllers.patches import Patch
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+
+LET_GO = 5.0
+"""Time constants of the letting go after which muscles are slack for good: less than a hundredth
+of the contraction is left."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +32,9 @@ class RollGains:
         spin: m g times 1 m, wanted rate of angular momentum about the axis.
         steadiness: 1/s, decay of angular momentum about the other axes, and about all in a stop.
         top_speed: m/s, of the centre of mass, at which the wanted rate has fallen to zero.
+        follow: s, time in which the plan follows a contact that moves from node to node.
+        ease: s, in which lead and spin come up at the start of a leg.
+        release: s, time constant in which muscles let go before a passive leg.
         spin_weight: of the angular momentum, in units of m g dt times 1 m.
         momentum_weight: of the linear momentum, in units of m g dt.
         activation: cost of effort and change.
@@ -38,6 +46,9 @@ class RollGains:
     spin: float = 0.1
     steadiness: float = 5.0
     top_speed: float = 1.5
+    follow: float = 0.05
+    ease: float = 0.3
+    release: float = 0.1
     spin_weight: float = 5.0
     momentum_weight: float = 1.0
     activation: ActivationCost = field(
@@ -56,46 +67,92 @@ class Leg:
 class Roll:
     """Rolls leg by leg; afterwards passive."""
 
-    def __init__(self, gains: RollGains | None = None, *, legs: tuple[Leg, ...], rim: str) -> None:
-        """Roll on the nodes of a region ``rim`` that touch."""
+    def __init__(
+        self,
+        gains: RollGains | None = None,
+        *,
+        legs: tuple[Leg, ...],
+        rim: str,
+        patches: int = 6,
+        parts: int = 64,
+    ) -> None:
+        """Roll on the nodes of a region ``rim``, divided into ``parts``, on so many patches."""
         self._gains = gains or RollGains()
         self._legs = legs
         self._rim = rim
+        self._count = patches
+        self._parts = parts
+        self._last: tuple[Patch, ...] = ()
         self._height: float | None = None
+        self._behind: FloatArray | None = None
+        self._heading = 0.0
 
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None where the leg is passive."""
-        direction = self._direction(view.time)
+        direction, since = self._leg(view.time)
         if direction is None:
-            return None
+            return self._let_go(view, since)
         g = self._gains
-        nodes = self._contact(view)
-        middle = view.positions[nodes].mean(axis=0)
-        if self._height is None:
-            self._height = float(view.center_of_mass[2] - middle[2])
-        goal = middle + np.array([direction * g.lead, 0.0, self._height])
+        goal = self._goal(view, self._headed(view, direction))
         pull = view.mass * g.position * (goal - view.center_of_mass)
         rate = pull - g.velocity * view.linear_momentum
-        speed = direction * view.linear_momentum[0] / view.mass
-        spin = -g.steadiness * view.angular_momentum
-        if direction:
-            eager = float(np.clip(1.0 - speed / g.top_speed, -1.0, 1.0))
-            spin[1] = direction * eager * g.spin * view.weight
         return Goals(
             objectives=(
                 objectives.linear_momentum(view, rate, g.momentum_weight),
-                objectives.angular_momentum(view, spin, g.spin_weight),
+                objectives.angular_momentum(view, self._spin(view), g.spin_weight),
             ),
-            patches=split(view, nodes),
+            patches=self._patches(view),
             activation=g.activation,
         )
 
-    def _direction(self, time: float) -> float | None:
+    def _leg(self, time: float) -> tuple[float | None, float]:
+        """Direction of the leg, and seconds since it began."""
         for leg in self._legs:
             if time < leg.seconds:
-                return leg.direction
+                return leg.direction, time
             time -= leg.seconds
-        return None
+        return None, time
+
+    def _let_go(self, view: BodyView, since: float) -> Goals | None:
+        release = self._gains.release
+        if since >= LET_GO * release:
+            return None
+        # Without objectives a step takes a share dt / (dt + release) of the contraction away.
+        return Goals(
+            objectives=(),
+            patches=self._patches(view),
+            activation=ActivationCost(effort=1.0, change=release / 0.01),
+        )
+
+    def _headed(self, view: BodyView, direction: float) -> float:
+        """The direction, come up from that of the leg before."""
+        ease = self._gains.ease
+        step = view.time_step / ease if ease > 0.0 else 2.0
+        self._heading += float(np.clip(direction - self._heading, -step, step))
+        return self._heading
+
+    def _goal(self, view: BodyView, heading: float) -> FloatArray:
+        """Where the centre of mass is wanted, m: ahead of the contact, at its first height."""
+        g = self._gains
+        middle = view.positions[self._contact(view)].mean(axis=0)
+        if self._height is None:
+            self._height = float(view.center_of_mass[2] - middle[2])
+        behind = middle - view.center_of_mass
+        if self._behind is None:
+            self._behind = behind
+        self._behind += (behind - self._behind) * view.time_step / (view.time_step + g.follow)
+        ahead = np.array([heading * g.lead, 0.0, self._height])
+        return np.asarray(view.center_of_mass + self._behind + ahead)
+
+    def _spin(self, view: BodyView) -> FloatArray:
+        """Wanted rate of angular momentum, N m."""
+        g, heading = self._gains, self._heading
+        spin = -g.steadiness * view.angular_momentum
+        speed = float(np.sign(heading) * view.linear_momentum[0] / view.mass)
+        eager = float(np.clip(1.0 - speed / g.top_speed, -1.0, 1.0))
+        driven = np.sign(heading) * eager * g.spin * view.weight
+        spin[1] = abs(heading) * driven + (1.0 - abs(heading)) * spin[1]
+        return np.asarray(spin)
 
     def _contact(self, view: BodyView) -> IntArray:
         """Nodes of the rim that touch; while none does, the lowest ones."""
@@ -106,18 +163,8 @@ class Roll:
         heights = view.positions[rim, 2]
         return np.asarray(rim[heights <= heights.min() + 1e-3])
 
-
-def split(view: BodyView, nodes: IntArray, columns: int = 3) -> tuple[Patch, ...]:
-    """Patches of touching nodes: stretches along x, each in two halves across y."""
-    ground = view.scene.ground
-    if ground is None:
-        return ()
-    gaps, normals = ground.measure(view.positions[nodes])
-    x, y, _ = view.positions[nodes].T
-    edges = np.linspace(x.min() - 1e-9, x.max() + 1e-9, columns + 1)
-    column = np.searchsorted(edges, x, side="right") - 1
-    part = 2 * column + (y <= view.center_of_mass[1])
-    return tuple(
-        patch_of(view, ground, nodes[part == k], gaps[part == k], normals[part == k])
-        for k in np.unique(part)
-    )
+    def _patches(self, view: BodyView) -> tuple[Patch, ...]:
+        self._last = clustered_patches(
+            view, count=self._count, region=self._rim, parts=self._parts, last=self._last
+        )
+        return self._last

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from warp_softbody import __version__
-from warp_softbody.cli import list_command, mesh_command, run_command
+from warp_softbody.cli import chart_command, list_command, mesh_command, run_command, tune_command
 from warp_softbody.cli.arguments import Parser
 from warp_softbody.errors import NotFiniteError, SoftBodyError
 
@@ -60,6 +60,6 @@ def _parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"warp-softbody {__version__}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (list_command, run_command, mesh_command):
+    for command in (list_command, run_command, mesh_command, chart_command, tune_command):
         command.add_parser(subparsers)
     return parser

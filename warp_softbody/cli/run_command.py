@@ -6,10 +6,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warp_softbody.cli.arguments import key_value, number, unique, whole
+from warp_softbody.cli.arguments import key_value, number, whole
 from warp_softbody.cli.engine import warp_engine
 from warp_softbody.cli.interruption import Interruption
 from warp_softbody.cli.progress import ProgressBar
+from warp_softbody.cli.tune_command import share
+from warp_softbody.cli.tuned_options import search_budget, tuned_plan
 from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.options import CONES, ELEMENTS, TANGENTS
 
@@ -81,6 +83,9 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--threads", type=whole(1, 64), default=1, help="threads that assemble forces (1)"
     )
+    parser.add_argument(
+        "--error", metavar="E", type=share, help="take the stored settings that hold it, as 2%%"
+    )
     parser.add_argument("--device", default="cpu", help="Warp device, such as cpu or cuda:0 (cpu)")
     parser.add_argument(
         "--controller",
@@ -107,6 +112,7 @@ def run(args: argparse.Namespace) -> int:
     plan, method = _planned(args)
     recorder = _recorder(args, plan, method)
     with (
+        search_budget(args),
         Interruption() as interruption,
         ProgressBar(plan.name, args.seconds, quiet=args.quiet) as progress,
         warp_engine(args.device, progress.compiling),
@@ -121,9 +127,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _planned(args: argparse.Namespace) -> tuple[ScenePlan, str]:
     """The scene and how its muscles are driven; the scene's numbers fill what was not given."""
-    from warp_softbody import scenes
-
-    plan = scenes.make(args.scene, unique(args.set, "--set"))
+    plan = tuned_plan(args)
     args.seconds = plan.seconds if args.seconds is None else args.seconds
     args.time_step = plan.time_step if args.time_step is None else args.time_step
     if args.seconds <= 0.5 / args.fps:
@@ -173,6 +177,8 @@ def _simulation(args: argparse.Namespace, plan: ScenePlan, method: str) -> Simul
             tangent=args.tangent,
             elements=args.elements,
             cone=args.cone,
+            newton_iterations=args.newton_iterations,
+            tolerance=args.tolerance,
             threads=args.threads,
             device=args.device,
         ),
@@ -235,6 +241,7 @@ def _report(
         "device": args.device,
         "fps": args.fps,
         "settings": dict(plan.settings),
+        "tuned": args.tuned,
     }
     if args.json:
         print(as_json(summary, more))

@@ -7,14 +7,22 @@ from collections.abc import Mapping
 from warp_softbody.errors import InputError
 from warp_softbody.scenes import (
     balance_i,
+    bounce_ball,
+    cantilever,
+    crawl_i,
     drop_block,
+    exercise_h,
     jump_i,
     jump_t,
     roll_o,
     rough_ground,
+    slide_f,
     slope,
+    stack,
     stairs,
     topple_i,
+    twisted_bar,
+    walk_x,
 )
 from warp_softbody.scenes.plan import ScenePlan, SceneRecipe, Setting, suggestion
 
@@ -29,11 +37,23 @@ _RECIPES = {
         jump_t.RECIPE,
         roll_o.ROLL_O,
         roll_o.ROLL_O_RETURN,
+        crawl_i.CRAWL_I,
+        crawl_i.CRAWL_I_INCHWORM,
+        walk_x.WALK_X,
+        walk_x.WALK_X_FAST,
+        exercise_h.RECIPE,
+        slide_f.SLIDE_F,
+        slide_f.SLIDE_F_LEFT,
+        slide_f.SLIDE_F_DELAYED,
         topple_i.RECIPE,
         drop_block.RECIPE,
         slope.RECIPE,
+        stack.RECIPE,
         stairs.RECIPE,
         rough_ground.RECIPE,
+        cantilever.RECIPE,
+        twisted_bar.RECIPE,
+        bounce_ball.RECIPE,
     )
 }
 

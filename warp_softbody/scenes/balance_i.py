@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from warp_softbody.character import Character
 from warp_softbody.characters import letter_i
 from warp_softbody.controllers.balance import Balance, BalanceGains
 from warp_softbody.controllers.controller import ActivationCost
@@ -25,9 +28,15 @@ GAINS = BalanceGains(
 0.48 body weights, around the best of 90 wider draws at 0.42."""
 
 
+def balancing_letter() -> Character:
+    """Letter I that keeps its volume."""
+    letter = letter_i()
+    return replace(letter, material=replace(letter.material, volume="exact"))
+
+
 def build(values: Values) -> tuple[Scene, Balance]:
     """The letter on a floor, a push at its head, and the balance controller."""
-    character = letter_i()
+    character = balancing_letter()
     scene = Scene(
         character=character,
         ground=Plane(friction=values["friction"]),

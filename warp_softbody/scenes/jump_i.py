@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from warp_softbody.character import Character
 from warp_softbody.characters import letter_i
+from warp_softbody.controllers.balance import BalanceGains
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.jump import Jump, JumpGains
 from warp_softbody.ground import Plane
@@ -13,51 +14,84 @@ from warp_softbody.scene import Scene
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 
-STRENGTH = 9e5
+STRENGTH = 1.55e6
 """Pa: muscles can only pull, so a jump is what a crouched body does when it lets go, and its height
 is set by how far the muscles can crouch it."""
 
-STIFFNESS_DAMPING = 0.025  # s, of a body that springs
+STRENGTH_IN_PLACE = 1.3e6  # Pa, for which a crouch changes the volume by 4 %
+POISSON_RATIO = 0.476
+STIFFNESS_DAMPING = 0.035  # s, of a body that springs
+
+LANDING = BalanceGains(
+    position=20.0,  # 1/s^2
+    velocity=6.1,  # 1/s
+    crouch=0.38,  # m per m
+    momentum_weight=0.05,  # of rows in m g dt
+    spin_weight=1.5,  # of rows in m g dt times 1 m
+    base_weight=0.0,  # widening and momentum at such weights end in a sway that does not stop
+    activation=ActivationCost(effort=0.015, change=3.5),
+)
 
 FORWARD = JumpGains(
-    depth=0.24,  # m
-    lean=(0.025, 0.0),  # m
-    crouch_time=0.6,  # s
-    launch=(2.8, 0.0, 3.0),  # m/s, more than it reaches
-    push=17.0,  # 1/s
-    spin=2.5,  # 1/s
-    spin_weight=3.75,  # of rows in m g dt times 1 m
-    reach=(0.09, 0.0, -0.49),  # m
-    activation=ActivationCost(effort=0.015, change=0.18),
+    depth=0.22,  # m
+    lean=(0.14, 0.0),  # m
+    pitch=0.8,  # rad
+    crouch_time=0.66,  # s
+    launch=(2.8, 0.0, 3.1),  # m/s, more than it reaches
+    push=23.0,  # 1/s
+    rise=0.01,  # s
+    position=120.0,  # 1/s^2
+    velocity=16.0,  # 1/s
+    spin=4.8,  # 1/s
+    momentum_weight=0.03,  # of rows in m g dt
+    spin_weight=0.5,  # of rows in m g dt times 1 m
+    reach=(0.074, 0.0, -0.52),  # m
+    reach_weight=0.54,  # s^2/m^2
+    activation=ActivationCost(effort=0.022, change=0.74),
+    landing=LANDING,
+    ease=2.2,
 )
-"""The middle of the eight best of 150 random draws for a far jump that ends upright; checked with
-friction and stiffness 20 % up and down."""
 
 IN_PLACE = JumpGains(
-    depth=0.2,  # m
-    launch=(0.0, 0.0, 4.0),  # m/s
-    activation=ActivationCost(effort=0.015, change=2.0),
+    depth=0.34,  # m
+    crouch_time=0.64,  # s
+    launch=(0.0, 0.0, 2.9),  # m/s
+    push=28.0,  # 1/s
+    rise=0.03,  # s
+    spin=6.5,  # 1/s
+    momentum_weight=0.042,  # of rows in m g dt
+    spin_weight=2.2,  # of rows in m g dt times 1 m
+    reach=(0.0, 0.0, -0.53),  # m
+    reach_weight=0.48,  # s^2/m^2
+    activation=ActivationCost(effort=0.025, change=2.7),
+    landing=replace(LANDING, position=28.0, velocity=7.7, crouch=0.47),
+    ease=2.0,
 )
-"""The first of a grid of eight; all of them land upright."""
 
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 PUSH_SECONDS = PUSH_SETTINGS[1]
-START = 1.0  # s, so that a push at the head comes before the jump
+START = 0.5  # s
+START_AFTER_PUSH = 1.0  # s
 
 
-def jumping_letter() -> Character:
-    """Letter I with stronger muscles and less damping."""
+def jumping_letter(strength: float = STRENGTH) -> Character:
+    """Letter I with stronger muscles, less damping and a volume that hardly changes."""
     letter = letter_i()
     return replace(
         letter,
-        material=replace(letter.material, stiffness_damping=STIFFNESS_DAMPING),
-        muscles=tuple(replace(group, strength=STRENGTH) for group in letter.muscles),
+        material=replace(
+            letter.material,
+            volume="exact",
+            poisson_ratio=POISSON_RATIO,
+            stiffness_damping=STIFFNESS_DAMPING,
+        ),
+        muscles=tuple(replace(group, strength=strength) for group in letter.muscles),
     )
 
 
-def _scene(values: Values) -> Scene:
-    character = jumping_letter()
+def _scene(values: Values, strength: float) -> Scene:
+    character = jumping_letter(strength)
     return Scene(
         character=character,
         ground=Plane(friction=values["friction"]),
@@ -65,14 +99,20 @@ def _scene(values: Values) -> Scene:
     )
 
 
+def start(values: Values) -> float:
+    """When the first jump begins, s: after the push at the head, where there is one."""
+    return START_AFTER_PUSH if values["push"] else START
+
+
 def build_forward(values: Values) -> tuple[Scene, Jump]:
     """One jump along +x."""
-    return _scene(values), Jump(FORWARD, start=START)
+    return _scene(values, STRENGTH), Jump(FORWARD, start=start(values))
 
 
 def build_in_place(values: Values) -> tuple[Scene, Jump]:
     """Jumps on the spot."""
-    return _scene(values), Jump(IN_PLACE, jumps=int(values["jumps"]), start=START)
+    controller = Jump(IN_PLACE, jumps=int(values["jumps"]), start=start(values))
+    return _scene(values, STRENGTH_IN_PLACE), controller
 
 
 JUMP_I = SceneRecipe(

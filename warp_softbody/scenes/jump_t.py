@@ -10,25 +10,35 @@ from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.jump import Jump, JumpGains
 from warp_softbody.ground import Plane
 from warp_softbody.scene import Scene
+from warp_softbody.scenes.jump_i import LANDING, start
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 
-STRENGTH = 8.6e5  # Pa
-STIFFNESS_DAMPING = 0.025  # s
+STRENGTH = 9.6e5  # Pa
+POISSON_RATIO = 0.48
+STIFFNESS_DAMPING = 0.04  # s
 
 TWIST = JumpGains(
-    depth=0.27,  # m
+    depth=0.2,  # m
+    wind=-1.2,  # rad
     crouch_time=0.54,  # s
     launch=(0.0, 0.0, 3.0),  # m/s
     push=29.0,  # 1/s
     spin=7.2,  # 1/s
-    turn=0.29,  # m g times 1 m
-    spin_weight=44.0,  # of rows in m g dt times 1 m
+    turn=0.5,  # m g times 1 m
+    momentum_weight=0.05,  # of rows in m g dt
+    spin_weight=2.2,  # of rows in m g dt times 1 m
     reach=(0.0, 0.0, -0.55),  # m
-    activation=ActivationCost(effort=0.015, change=1.45),
+    activation=ActivationCost(effort=0.015, change=0.75),
+    landing=replace(
+        LANDING,
+        position=30.0,
+        velocity=9.0,
+        spin_weight=3.0,
+        activation=ActivationCost(effort=0.08, change=3.5),
+    ),
+    ease=2.0,
 )
-"""The third best of 50 random draws by the turn in the air of those that land upright; the two
-before it shake more."""
 
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
@@ -39,7 +49,12 @@ def twisting_letter() -> Character:
     letter = letter_t()
     return replace(
         letter,
-        material=replace(letter.material, stiffness_damping=STIFFNESS_DAMPING),
+        material=replace(
+            letter.material,
+            volume="exact",
+            poisson_ratio=POISSON_RATIO,
+            stiffness_damping=STIFFNESS_DAMPING,
+        ),
         muscles=tuple(replace(group, strength=STRENGTH) for group in letter.muscles),
     )
 
@@ -52,7 +67,7 @@ def build(values: Values) -> tuple[Scene, Jump]:
         ground=Plane(friction=values["friction"]),
         pushes=head_push(character, values),
     )
-    return scene, Jump(TWIST, start=1.0)
+    return scene, Jump(TWIST, start=start(values))
 
 
 RECIPE = SceneRecipe(

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warp_softbody.characters import letter_i
 from warp_softbody.ground import Plane
 from warp_softbody.scene import Scene
+from warp_softbody.scenes.balance_i import balancing_letter
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 
 
 def build(values: Values) -> tuple[Scene, None]:
     """The letter without muscles on a floor, and a push at its head."""
-    character = replace(letter_i(), muscles=())
+    character = replace(balancing_letter(), muscles=())
     scene = Scene(
         character=character,
         ground=Plane(friction=values["friction"]),

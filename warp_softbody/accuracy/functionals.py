@@ -1,0 +1,142 @@
+"""Single numbers that say what a motion came to, measured from the frames of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.accuracy.track import Track
+
+FloatArray = npt.NDArray[np.float64]
+UPRIGHT = 5.0  # degrees
+
+
+@dataclass(frozen=True, kw_only=True)
+class Functional:
+    """A number of a motion.
+
+    Attributes:
+        unit: of it.
+        text: what it is, for people.
+        scale: what an error is relative to; None for the reference's own value.
+        of: measures it.
+    """
+
+    unit: str
+    text: str
+    scale: float | None = None
+    of: Callable[[Track], float]
+
+
+def _tip_fall(track: Track) -> float:
+    tip = track.scene.character.region("tip")
+    return float(np.max(track.points[0, tip, 2].mean() - track.points[:, tip, 2].mean(axis=1)))
+
+
+def _end_turn(track: Track) -> float:
+    end = track.scene.character.region("end")
+    rest = track.scene.character.mesh.points[end, 1:]
+    now = track.points[:, end, 1:]
+    now = now - now.mean(axis=1, keepdims=True)
+    across = (rest[:, 0] * now[:, :, 1] - rest[:, 1] * now[:, :, 0]).sum(axis=1)
+    along = (rest * now).sum(axis=(1, 2))
+    return float(np.degrees(np.unwrap(np.arctan2(across, along))).max())
+
+
+def _way(track: Track) -> float:
+    return float(np.linalg.norm(track.centers[-1] - track.centers[0]))
+
+
+def _way_ahead(track: Track) -> float:
+    return float(track.centers[-1, 0] - track.centers[0, 0])
+
+
+def _rebound(track: Track) -> float:
+    heights = track.centers[:, 2]
+    return _peak(heights[int(heights[: len(heights) // 2].argmin()) :])
+
+
+def _apex(track: Track) -> float:
+    return _peak(track.centers[:, 2]) - float(track.centers[0, 2])
+
+
+def _peak(heights: FloatArray) -> float:
+    """Largest value of the parabola through the largest sample and its neighbours."""
+    top = int(heights.argmax())
+    if not 0 < top < len(heights) - 1:
+        return float(heights[top])
+    left, middle, right = heights[top - 1 : top + 2]
+    bend = 2.0 * middle - left - right
+    return float(middle + (right - left) ** 2 / (8.0 * bend)) if bend > 0.0 else float(middle)
+
+
+def _top_height(track: Track) -> float:
+    top = track.scene.parts[-1].nodes
+    masses = track.masses[top]
+    return float(masses @ track.points[-1, top, 2] / masses.sum())
+
+
+def _rotations(track: Track) -> FloatArray:
+    """Rotations (f, 3, 3) from rest that fit all nodes best (Kabsch)."""
+    weights = track.masses / track.masses.sum()
+    rest = track.scene.whole.mesh.points
+    rest = rest - weights @ rest
+    moved = track.points - (weights @ track.points)[:, None]
+    left, _, right = np.linalg.svd(np.einsum("n,fni,nj->fij", weights, moved, rest))
+    left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
+    return np.asarray(left @ right)
+
+
+def _tilts(track: Track) -> FloatArray:
+    axis = _rotations(track)[:, :, 2]
+    return np.degrees(np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2]))
+
+
+def _largest_tilt(track: Track) -> float:
+    return float(_tilts(track).max())
+
+
+def _last_tilt(track: Track) -> float:
+    return float(_tilts(track)[-1])
+
+
+def _upright_again(track: Track) -> float:
+    """Linear between the last frame that leans and the one after it."""
+    tilts = _tilts(track)
+    leaning = np.flatnonzero(tilts > UPRIGHT)
+    if not len(leaning):
+        return 0.0
+    last = int(leaning[-1])
+    if last + 1 == len(tilts):
+        return float(track.times[-1])
+    share = (tilts[last] - UPRIGHT) / (tilts[last] - tilts[last + 1])
+    return float(track.times[last] + share * (track.times[last + 1] - track.times[last]))
+
+
+def _rolled(track: Track) -> float:
+    turn = _rotations(track)
+    return float(np.degrees(np.unwrap(np.arctan2(turn[:, 0, 2], turn[:, 2, 2])))[-1])
+
+
+FUNCTIONALS = {
+    "tip_fall": Functional(unit="m", text="largest fall of the tip face", of=_tip_fall),
+    "end_turn": Functional(unit="degrees", text="largest turn of the end face", of=_end_turn),
+    "way": Functional(unit="m", text="way of the centre of mass", of=_way),
+    "way_ahead": Functional(
+        unit="m", text="way of the centre of mass along x", scale=1.0, of=_way_ahead
+    ),
+    "rebound": Functional(unit="m", text="height of the centre after the bounce", of=_rebound),
+    "apex": Functional(
+        unit="m", text="rise of the centre of mass above its start", scale=1.0, of=_apex
+    ),
+    "top_height": Functional(unit="m", text="last height of the top body", of=_top_height),
+    "largest_tilt": Functional(unit="degrees", text="largest tilt", scale=90.0, of=_largest_tilt),
+    "last_tilt": Functional(unit="degrees", text="tilt at the end", scale=90.0, of=_last_tilt),
+    "upright_again": Functional(
+        unit="s", text="time from which the tilt stays below 5 degrees", of=_upright_again
+    ),
+    "rolled": Functional(unit="degrees", text="angle rolled at the end", scale=360.0, of=_rolled),
+}

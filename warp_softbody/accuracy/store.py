@@ -1,0 +1,72 @@
+"""Where tuned settings are kept: those that ship with the package, and the user's own.
+
+The user's are in ``warp-softbody/tuned.json`` under ``$XDG_CONFIG_HOME``, or ``~/.config``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from warp_softbody.accuracy.tuning import Tuned
+from warp_softbody.errors import InputError, OutputError
+
+SHIPPED = Path(__file__).with_name("tuned.json")
+
+
+def own_file() -> Path:
+    """That of the user."""
+    base = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(base) / "warp-softbody" / "tuned.json"
+
+
+def save(tuned: Tuned, path: Path) -> None:
+    """Add to a file, in place of what it has for the same scene and bound.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    kept = [t for t in load(path) if (t.scene, t.bound) != (tuned.scene, tuned.bound)]
+    every = sorted([*kept, tuned], key=lambda one: (one.scene, one.bound))
+    text = json.dumps([one.to_dict() for one in every], indent=1) + "\n"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside = path.with_name(path.name + ".part")
+        beside.write_text(text)
+        beside.replace(path)
+    except OSError as error:
+        raise OutputError(f"cannot write {str(path)!r}: {error.strerror}") from error
+
+
+def load(path: Path) -> list[Tuned]:
+    """All of a file; none where it does not exist.
+
+    Raises:
+        InputError: the file does not hold tuned settings.
+    """
+    if not path.exists():
+        return []
+    try:
+        return [Tuned.from_dict(values) for values in json.loads(path.read_text())]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{str(path)!r} does not hold tuned settings: {error}") from error
+
+
+def find(scene: str, bound: float) -> Tuned:
+    """The cheapest stored settings of a scene whose bound is the one asked for or a tighter one.
+
+    The user's own come before the shipped ones for the same bound.
+
+    Raises:
+        InputError: there are none.
+    """
+    every = {t.bound: t for path in (SHIPPED, own_file()) for t in load(path) if t.scene == scene}
+    fit = [tuned for tuned in every.values() if tuned.bound <= bound * (1.0 + 1e-9)]
+    if not fit:
+        known = ", ".join(f"{100.0 * kept:g}%" for kept in sorted(every)) or "none"
+        raise InputError(
+            f"there are no stored settings of {scene!r} for an error of {100.0 * bound:g}% "
+            f"(stored: {known}); `warp-softbody tune {scene} --error {100.0 * bound:g}%` makes them"
+        )
+    return min(fit, key=lambda tuned: tuned.cost)

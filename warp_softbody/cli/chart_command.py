@@ -1,0 +1,156 @@
+"""`warp-softbody chart SCENE`: error over cost of a scene's knobs, as a table and a picture."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from warp_softbody.cli.arguments import whole
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from warp_softbody.accuracy.chart import Chart
+    from warp_softbody.accuracy.sweep import Progress
+    from warp_softbody.accuracy.table import Case
+
+FOLDER = Path("frontier")
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Register the subcommand; its handler is `run`."""
+    parser = subparsers.add_parser(
+        "chart",
+        help="chart the error of a scene over its cost",
+        description="Run a scene over its knobs, short, and chart error over CPU time.",
+    )
+    parser.add_argument("scene", metavar="SCENE", help="name of a charted scene, or all")
+    parser.add_argument(
+        "--out",
+        metavar="FOLDER",
+        type=Path,
+        default=FOLDER,
+        help=f"where SCENE.csv, .json and .png go ({FOLDER})",
+    )
+    add_sweep_options(parser)
+    parser.add_argument(
+        "--peers", action="store_true", help="other programs as well, in a checkout"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(handler=run)
+
+
+def add_sweep_options(parser: argparse.ArgumentParser) -> None:
+    """Those of every command that makes many runs."""
+    parser.add_argument(
+        "--journal",
+        metavar="FOLDER",
+        type=Path,
+        help="where finished runs are kept and found again (journal in the folder of --out)",
+    )
+    parser.add_argument(
+        "--workers", metavar="N", type=whole(1, 256), help="processes (one for each core)"
+    )
+    parser.add_argument("--dask", metavar="ADDRESS", help="a Dask cluster instead, tcp://...")
+    parser.add_argument("--quick", action="store_true", help="shorter runs, fewer and coarser")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make the charts and write their files; return 0.
+
+    Raises:
+        SoftBodyError: the sentence for the user.
+    """
+    from warp_softbody.accuracy.files import as_dict, write_tables
+    from warp_softbody.accuracy.peers import require_peers
+    from warp_softbody.accuracy.picture import draw, require_matplotlib
+
+    cases = _cases(args.scene)
+    require_matplotlib()
+    if args.peers:
+        require_peers()
+    told: list[dict[str, Any]] = []
+    with sweep_workers(args) as executor:
+        for case in cases:
+            chart = charted(case, args, executor, args.journal or args.out / "journal")
+            table, note = write_tables(chart, args.out)
+            picture = draw(chart, args.out / f"{case.scene}.png")
+            files = [str(path) for path in (table, note, picture)]
+            told.append({**as_dict(chart), "files": files})
+            if not args.json:
+                print("\n".join([*lines(chart), *(f"  {path}" for path in files)]), flush=True)
+    if args.json:
+        print(json.dumps({"charts": told}, allow_nan=False))
+    return 0
+
+
+def _cases(scene: str) -> list[Case]:
+    from warp_softbody.accuracy.table import CASES, case_of
+
+    return list(CASES.values()) if scene == "all" else [case_of(scene)]
+
+
+@contextmanager
+def sweep_workers(args: argparse.Namespace) -> Iterator[Executor]:
+    """Those that ``args`` ask for."""
+    from warp_softbody.accuracy.workers import cores, workers
+
+    with workers(args.workers or cores(), args.dask) as executor:
+        yield executor
+
+
+def charted(case: Case, args: argparse.Namespace, executor: Executor, journal: Path) -> Chart:
+    """Run what the journal lacks of a case; progress goes to a terminal's stderr."""
+    from warp_softbody.accuracy.chart import make_chart
+    from warp_softbody.accuracy.journal import Journal
+
+    wanted = case.quickly() if args.quick else case
+
+    def tell(what: str) -> Progress:
+        return lambda done, total: _progress(f"{case.scene}: {what}, {done} of {total}")
+
+    chart = make_chart(
+        wanted,
+        Journal(journal, case.scene),
+        executor,
+        tell,
+        peers=getattr(args, "peers", False),
+    )
+    _progress("")
+    return chart
+
+
+def _progress(text: str) -> None:
+    if sys.stderr.isatty():
+        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+
+
+def lines(chart: Chart) -> list[str]:
+    """The reference with its evidence, and the frontier."""
+    reference, default = chart.reference, chart.case.default
+    told = [
+        f"{chart.case.scene}: {len(chart.points)} points of {chart.case.seconds:g} s",
+        f"  reference   {reference.finest.differences(default)}; the rest of the way to dt = 0 "
+        f"as {reference.beside.differences(reference.finest)}",
+        f"              the coarser mesh differs by {_percent(reference.mesh_change)}, twice the "
+        f"least time step by {_percent(reference.time_change)}, what a time step changes on "
+        f"either mesh by {_percent(reference.mixed_change)}",
+        f"  as shipped  {chart.default.outcome.cost:.4g} ms per simulated second, "
+        f"error {_percent(chart.default.error)}",
+        "  frontier",
+    ]
+    told += [
+        f"    {point.outcome.cost:8.4g} ms  {_percent(point.error):>8}  "
+        f"{point.settings.differences(default)}"
+        for point in chart.frontier
+    ]
+    return told
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{100.0 * value:.2g} %"

@@ -1,0 +1,79 @@
+"""`warp-softbody tune SCENE --error 2%`: the cheapest settings that hold it, kept for `run`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from warp_softbody.cli.chart_command import FOLDER, add_sweep_options, charted, sweep_workers
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Register the subcommand; its handler is `run`."""
+    parser = subparsers.add_parser(
+        "tune",
+        help="find the cheapest settings of a scene for an error",
+        description="Chart a scene, or take its chart from the journal, and store the cheapest "
+        "settings that hold an error; `run SCENE --error` uses them.",
+    )
+    parser.add_argument("scene", metavar="SCENE", help="name of a charted scene")
+    parser.add_argument(
+        "--error", metavar="E", type=share, required=True, help="such as 2%% or 0.02"
+    )
+    parser.add_argument(
+        "--out", metavar="F.json", type=Path, help="file to add them to (the user's own)"
+    )
+    add_sweep_options(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(handler=run)
+
+
+def share(text: str) -> float:
+    """A reader of ``2%`` and ``0.02``."""
+    number = text.strip().removesuffix("%")
+    try:
+        value = float(number) / (100.0 if text.strip().endswith("%") else 1.0)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value <= 1.0:
+        raise argparse.ArgumentTypeError(
+            f"must be a share of 1, such as 2% or 0.02, and at most 100%, got {text!r}"
+        )
+    return value
+
+
+def run(args: argparse.Namespace) -> int:
+    """Tune, store and print; return 0.
+
+    Raises:
+        SoftBodyError: no settings hold the bound, or the sentence for another mistake.
+    """
+    from warp_softbody.accuracy.store import own_file, save
+    from warp_softbody.accuracy.table import case_of
+    from warp_softbody.accuracy.tuning import MARGIN, Tuned, choose
+
+    def told(tuned: Tuned, path: Path) -> list[str]:
+        default = case_of(tuned.scene).default
+        return [
+            f"{tuned.scene}: {tuned.settings.differences(default)}",
+            f"  error       {100.0 * tuned.error:.2g} %, and {100.0 * tuned.uncertainty:.2g} % "
+            f"that the reference is not sure of: within {100.0 * MARGIN:g} % of the bound of "
+            f"{100.0 * tuned.bound:g} %",
+            f"  cost        {tuned.cost:.4g} ms of CPU time per simulated second; as shipped "
+            f"{tuned.default_cost:.4g} ms at an error of {100.0 * tuned.default_error:.2g} %",
+            *(f"  left out    {line}" for line in tuned.left_out),
+            f"  stored in   {path}",
+        ]
+
+    case = case_of(args.scene)
+    with sweep_workers(args) as executor:
+        chart = charted(case, args, executor, args.journal or FOLDER / "journal")
+    tuned = choose(chart, args.error)
+    path = args.out or own_file()
+    save(tuned, path)
+    if args.json:
+        print(json.dumps({**tuned.to_dict(), "stored": str(path)}))
+    else:
+        print("\n".join(told(tuned, path)))
+    return 0

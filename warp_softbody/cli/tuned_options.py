@@ -1,0 +1,78 @@
+"""`run SCENE --error 2%`: the stored settings of `tune` in place of the options not given."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from warp_softbody.cli.arguments import unique
+
+if TYPE_CHECKING:
+    from warp_softbody.scenes import ScenePlan
+
+OPTIONS = {
+    "time_step": None,
+    "precision": "float32",
+    "tangent": "warped",
+    "elements": "linear",
+    "cone": "smooth",
+    "threads": 1,
+    "controller": None,
+}
+"""Options of `run` that are knobs, with what they are where they are not given."""
+
+OTHERS = {"level": 0, "newton_iterations": 1, "tolerance": None, "qps": None}
+"""Knobs that `run` has no options for."""
+
+
+def tuned_plan(args: argparse.Namespace) -> ScenePlan:
+    """The scene that ``args`` ask for, with the stored settings where they ask for an error."""
+    from warp_softbody import scenes
+    from warp_softbody.refinement import refined_scene
+
+    _take(args)
+    plan = scenes.make(args.scene, unique(args.set, "--set"))
+    return replace(plan, scene=refined_scene(plan.scene, args.level))
+
+
+def search_budget(args: argparse.Namespace) -> AbstractContextManager[None]:
+    """What the controller's search may spend, once `tuned_plan` has been called."""
+    from warp_softbody.accuracy.budget import qp_budget
+
+    return qp_budget(args.qps)
+
+
+def _take(args: argparse.Namespace) -> None:
+    """Fill ``args`` with the stored settings for ``args.error``, and `OTHERS` in any case.
+
+    Raises:
+        InputError: there are none for that bound.
+    """
+    for name, value in OTHERS.items():
+        setattr(args, name, value)
+    args.tuned = None
+    if args.error is None:
+        return
+    from warp_softbody.accuracy.store import find
+    from warp_softbody.accuracy.table import case_of
+
+    tuned = find(args.scene, args.error)
+    case = case_of(args.scene)
+    knobs: dict[str, Any] = tuned.settings.to_dict()
+    knobs["controller"] = knobs["method"] if case.controlled else None
+    for name, plain in {**OPTIONS, **OTHERS}.items():
+        if getattr(args, name) == plain:
+            setattr(args, name, knobs[name])
+    if knobs["cells"] is not None and "cells" not in dict(args.set):
+        args.set = [*args.set, ("cells", str(knobs["cells"]))]
+    args.tuned = {"bound": tuned.bound, "error": tuned.error, "settings": tuned.settings.to_dict()}
+    if not (args.quiet or args.json):
+        given = "".join(f", {key}={value:g}" for key, value in tuned.given.items())
+        print(
+            f"tuned for an error of {100.0 * tuned.bound:g} % in {tuned.seconds:g} s{given}: "
+            f"{tuned.settings.differences(case.default)}",
+            file=sys.stderr,
+        )
