@@ -123,13 +123,13 @@ BALANCE = {
     "position": Range(20.0, 80.0, log=True),
     "velocity": Range(4.0, 14.0, log=True),
     "spin": Range(4.0, 14.0, log=True),
-    "crouch": Range(0.3, 1.5),
-    "momentum_weight": Range(0.005, 2.0, log=True),
-    "spin_weight": Range(0.1, 60.0, log=True),
-    "base_weight": Range(0.0005, 0.03, log=True),
+    "crouch": Range(0.3, 2.0),
+    "momentum_weight": Range(0.2, 3.0, log=True),
+    "spin_weight": Range(5.0, 80.0, log=True),
+    "base_weight": Range(0.002, 0.06, log=True),
     "base_rate": Range(2.0, 6.0),
-    "activation.effort": Range(0.01, 0.1, log=True),
-    "activation.change": Range(0.2, 6.0, log=True),
+    "activation.effort": Range(0.005, 0.05, log=True),
+    "activation.change": Range(0.1, 1.5, log=True),
 }
 JUMP = {
     "depth": Range(0.12, 0.35),
@@ -187,7 +187,7 @@ CASES = {
             gains=balance_i.GAINS,
             controller=Balance,
             ranges=BALANCE,
-            settings={"push": 0.5},
+            settings={"push": 0.62},
             goals=(*SOUND, *UPRIGHT, Goal("base_growth", 0.05), Goal("lifted", 0.1)),
         ),
         Case(
