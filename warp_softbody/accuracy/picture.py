@@ -137,7 +137,7 @@ def _floor(axes: Any, chart: Chart) -> None:
     low = min(low, floor / 1.5)
     axes.axhspan(low, floor, color="0.93", zorder=0)
     axes.annotate(
-        f"the reference is known to {floor:.2g} %",
+        f"the reference is known to {float(f'{floor:.2g}'):g} %",
         (0.01, floor),
         xycoords=("axes fraction", "data"),
         xytext=(0, -3),

@@ -153,4 +153,4 @@ def lines(chart: Chart) -> list[str]:
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100.0 * value:.2g} %"
+    return "-" if value is None else f"{float(f'{100.0 * value:.2g}'):g} %"
