@@ -187,7 +187,7 @@ CASES = {
             gains=balance_i.GAINS,
             controller=Balance,
             ranges=BALANCE,
-            settings={"push": 0.62},
+            settings={"push": 0.5},
             goals=(*SOUND, *UPRIGHT, Goal("base_growth", 0.05), Goal("lifted", 0.1)),
         ),
         Case(
