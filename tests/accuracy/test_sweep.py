@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -108,7 +109,8 @@ if __name__ == "__main__":
     source = tmp_path / "sweep_and_be_killed.py"
     source.write_text(script)
     file = tmp_path / "cantilever.jsonl"
-    process = subprocess.Popen([sys.executable, str(source)], cwd=ROOT)
+    found = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen([sys.executable, str(source)], cwd=ROOT, env=found)
     try:
         deadline = time.monotonic() + 60.0
         while not (file.exists() and file.read_text().count("\n") >= 2):
