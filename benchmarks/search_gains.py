@@ -4,7 +4,7 @@
 
 A run is measured at 60 frames a second. A draw's cost is the sum of what is missing to its goals,
 each with a margin, as a share of the goal; a run in which the body falls costs one for every goal
-and stops. With --variants, the shipped gains on other floors, bodies, muscles and time steps.
+and stops. How the found gains fare elsewhere: `benchmarks.robustness`.
 """
 
 from __future__ import annotations

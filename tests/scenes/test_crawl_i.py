@@ -5,66 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
+from benchmarks.motion_criteria import arches, belly, ways
+from tests.scenes.runs import missed, run
 from warp_softbody import scenes
 from warp_softbody.characters import letter_i_flat
-from warp_softbody.cli import main
 from warp_softbody.controllers.crawl import Crawl, CrawlGains, CrawlPhase
 from warp_softbody.scene import STANDARD_GRAVITY
-from warp_softbody.stage_exports import measure, read_take, validate
-from warp_softbody.stage_exports.measures import Measures
 from warp_softbody.stage_exports.reader import Take
 from warp_softbody.view import BodyView
 
-FloatArray = npt.NDArray[np.float64]
-
 LENGTH = 1.0  # m, of the body
 START, CYCLE, CYCLES = 0.5, 1.2, 10  # s, s
-CORNERS = ("corner_0", "corner_1", "corner_2", "corner_3")
-
-
-def run(scene: str, folder: Path, *options: str) -> tuple[Take, Measures]:
-    """A run's stage, which has to be finite, valid, without inverted or sunken tets."""
-    stage = folder / "crawl.usdc"
-    assert main(["run", scene, "--out", str(stage), "--fps", "60", "--quiet", *options]) == 0
-    assert validate(stage) == []
-    take = read_take(stage)
-    measures = measure(take)
-    assert measures.finite.all()
-    assert measures.smallest_volume_ratio.min() > 0.0
-    assert np.abs(measures.volume_change).max() < 0.05
-    assert measures.penetration.max() < 0.002
-    return take, measures
-
-
-def region_path(take: Take, name: str) -> FloatArray:
-    """Mean of a region's nodes, (f, 3) m."""
-    return np.asarray(take.tet_points[:, letter_i_flat().region(name)].mean(axis=1))
-
-
-def backward(way: FloatArray) -> float:
-    """Sum of all steps backward along x, m."""
-    return -float(np.minimum(np.diff(way), 0.0).sum())
-
-
-def check_way(take: Take, measures: Measures, least: float) -> None:
-    """The centre of mass and every corner get ahead, with little slip, and straight on."""
-    ways = [measures.centre_of_mass[:, 0], *(region_path(take, name)[:, 0] for name in CORNERS)]
-    for way in ways:
-        assert way[-1] - way[0] >= least
-        assert backward(way) < 0.1 * (way[-1] - way[0])
-    assert np.abs(measures.centre_of_mass[:, 1]).max() < 0.1 * LENGTH
-
-
-def arches(take: Take) -> list[float]:
-    """Height in m that the lowest node of the belly's middle reaches in each cycle."""
-    belly = take.rest[:, 2] < 1e-6
-    middle = belly & (np.abs(take.rest[:, 0]) < 0.07)
-    height = take.tet_points[:, middle, 2].min(axis=1)
-    cycle = np.floor((take.times - START) / CYCLE + 1e-6)
-    return [float(height[cycle == k].max()) for k in range(int(cycle.max()))]
 
 
 def pull(take: Take, name: str) -> float:
@@ -78,57 +31,54 @@ def pull(take: Take, name: str) -> float:
 
 
 def test_the_earthworm_crawls_its_length_on_its_belly(tmp_path: Path) -> None:
-    take, measures = run("crawl-i", tmp_path)
-    assert take.times[-1] == pytest.approx(START + CYCLES * CYCLE)
-    check_way(take, measures, LENGTH)
-    belly = take.rest[:, 2] < 1e-6
-    assert take.tet_points[:, belly, 2].max() < 0.05 * LENGTH
+    motion = run("crawl-i", tmp_path)
+    assert motion.take.times[-1] == pytest.approx(START + CYCLES * CYCLE)
+    assert missed("crawl-i", motion) == []
+    assert belly(motion) < 0.05 * LENGTH
 
 
 def test_the_inchworm_crawls_by_arching(tmp_path: Path) -> None:
-    take, measures = run("crawl-i-inchworm", tmp_path)
-    check_way(take, measures, LENGTH)
-    heights = arches(take)
-    assert len(heights) == CYCLES
-    assert min(heights) >= 0.2 * LENGTH
+    motion = run("crawl-i-inchworm", tmp_path)
+    assert missed("crawl-i-inchworm", motion) == []
+    assert len(arches(motion)) == CYCLES
     # Upper strands have next to nothing to do with it.
-    assert pull(take, "upper") < 0.3 * pull(take, "lower")
+    assert pull(motion.take, "upper") < 0.3 * pull(motion.take, "lower")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("friction", ["0.16", "0.24"])
 def test_they_crawl_on_other_floors(friction: str, tmp_path: Path) -> None:
     for scene in ("crawl-i", "crawl-i-inchworm"):
-        take, measures = run(scene, tmp_path, "--set", f"friction={friction}")
-        check_way(take, measures, LENGTH)
-    assert min(arches(take)) >= 0.2 * LENGTH
+        motion = run(scene, tmp_path, "--set", f"friction={friction}")
+        assert missed(scene, motion) == []
 
 
 def test_with_static_contacts_the_earthworm_stays(tmp_path: Path) -> None:
     """Contacts that hold still let no end move, so nothing is worth contracting for."""
-    _, measures = run("crawl-i", tmp_path, "--controller", "static", "--seconds", "4.1")
-    assert abs(measures.centre_of_mass[-1, 0]) < 0.05 * 3 * 0.145
+    options = ("--controller", "static", "--seconds", "4.1")
+    motion = run("crawl-i", tmp_path, *options)
+    assert abs(ways(motion)[0][-1]) < 0.05 * 3 * 0.145
 
 
 def test_limp_they_stay_where_they_lie(tmp_path: Path) -> None:
     for scene in ("crawl-i", "crawl-i-inchworm"):
-        take, _ = run(scene, tmp_path, "--controller", "none", "--seconds", "1")
+        take = run(scene, tmp_path, "--controller", "none", "--seconds", "1").take
         assert np.abs(take.tet_points - take.tet_points[0]).max() < 0.01
 
 
 def test_a_push_slides_them_forward_and_not_back(tmp_path: Path) -> None:
     force, friction, lasts = 0.4, 0.2, 0.3  # body weights, of the floor, s
-    ways = []
+    reached = []
     for push in (force, -force):
         settings = ("--set", f"push={push}", "--set", f"push_seconds={lasts}")
-        _, measures = run("crawl-i", tmp_path, "--controller", "none", "--seconds", "2", *settings)
-        ways.append(float(measures.centre_of_mass[-1, 0]))
+        motion = run("crawl-i", tmp_path, "--controller", "none", "--seconds", "2", *settings)
+        reached.append(float(motion.measures.centre_of_mass[-1, 0]))
     # A rigid block: F - mu m g speeds it up, mu m g stops it. A soft one goes less far, as its
     # shaking takes energy; backward, the force is a fifth of the friction that it would take.
     speed = (force - friction) * STANDARD_GRAVITY * lasts
     rigid = 0.5 * speed * lasts + speed**2 / (2.0 * friction * STANDARD_GRAVITY)
-    assert 0.5 * rigid < ways[0] < rigid
-    assert abs(ways[1]) < 0.01 * rigid
+    assert 0.5 * rigid < reached[0] < rigid
+    assert abs(reached[1]) < 0.01 * rigid
 
 
 def view_at(time: float) -> BodyView:

@@ -46,9 +46,7 @@ RECIPE = SceneRecipe(
     settings=(
         Setting(name="count", default=3, low=2, high=8, unit="cubes", help="whole part counts"),
         Setting(name="height", default=0.05, low=0.0, high=2.0, unit="m", help="of each drop"),
-        Setting(
-            name="friction", default=0.5, low=0.0, high=1e3, help="Coulomb coefficient of all"
-        ),
+        Setting(name="friction", default=0.5, low=0.0, high=1e3, help="Coulomb coefficient of all"),
         Setting(
             name="young_modulus", default=3e5, low=1e3, high=1e9, unit="Pa", help="of the cubes"
         ),
