@@ -1,12 +1,19 @@
-"""The chosen pieces of all contacts as block matrices, and the elimination of the forces."""
+"""The chosen pieces of all contacts as block matrices, and the elimination of the forces.
+
+What depends on the mode of one contact only is computed once a problem and put together for every
+choice of modes.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import lapack
 
 from warp_softbody.controllers.pieces import BoolArray, PieceTable
+from warp_softbody.controllers.qp import FAR
 from warp_softbody.controllers.qpcc import FloatArray
 
 SINGULAR = 1e-10
@@ -15,122 +22,190 @@ SINGULAR = 1e-10
 GROWTH = 1e8
 """Size of scaled forces per unit of control above which they are not eliminated either."""
 
+CONTRADICTION = 1e-7
+"""Scaled velocity of redundant contacts that cannot be held together: spread over a hundred rows
+it still misses the default tolerance."""
+
+NOISE = 1e-6
+"""Relative size of what rounding in single precision leaves of a zero."""
+
 
 @dataclass(frozen=True)
-class Blocks:
-    """The chosen pieces as small matrices per contact, padded; products leave the padding out.
+class Pieces:
+    """The chosen pieces; p is the number of free force amplitudes, which T w = 0 determines.
 
     Attributes:
-        basis: E, (3K, p): forces are f = E y.
-        still: (K, 3, 3): velocities T w vanish.
-        rows: (K, r, 6): ``rows (f, w) >= 0``.
-        used: (3K,), which of the padded rows of ``still`` are rows.
-        kept: (K r,), which of the padded rows of ``rows`` are.
+        still: (p, 1 + nu + 6K): T times the velocity's affine map, T times Wf, and T.
+        spread: (p, 12K): what an amplitude adds to ``ContactMaps.base``.
+        rows: (K, r, 6): ``rows (f, w) >= 0``, padded.
+        kept: (K r,), which of the padded rows are rows.
     """
 
-    basis: FloatArray
     still: FloatArray
+    spread: FloatArray
     rows: FloatArray
-    used: BoolArray
     kept: BoolArray
 
-    def hold(self, matrix: FloatArray) -> FloatArray:
-        """T times (3K, c): (p, c)."""
-        k, width = len(self.still), matrix.shape[1]
-        held: FloatArray = (self.still @ matrix.reshape(k, 3, width)).reshape(3 * k, width)
-        return held[self.used]
+    @property
+    def basis(self) -> FloatArray:
+        """E transposed, (p, 3K): forces are f = E y."""
+        return self.spread[:, : self.spread.shape[1] // 4]
 
-    def pull(self, multipliers: FloatArray) -> FloatArray:
-        """T' times (p,): (3K,)."""
-        padded = np.zeros(len(self.used))
-        padded[self.used] = multipliers
-        back = padded.reshape(-1, 1, 3) @ self.still
-        return back.reshape(-1)
-
-    def test(self, force: FloatArray, velocity: FloatArray) -> FloatArray:
-        """The rows as affine maps, (r, c), of force and velocity, (3K, c)."""
-        k, width = len(self.still), force.shape[1]
-        both = np.concatenate([force.reshape(k, 3, width), velocity.reshape(k, 3, width)], axis=1)
-        tested: FloatArray = (self.rows @ both).reshape(len(self.kept), width)
+    def test(self, both: FloatArray) -> FloatArray:
+        """The rows, (r, c), as affine maps of the force and velocity of every contact, (6K, c)."""
+        count, width = len(self.rows), both.shape[1]
+        tested: FloatArray = (self.rows @ both.reshape(count, 6, width)).reshape(-1, width)
         return tested[self.kept]
 
     def press(self, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The rows' multipliers, (r,), on forces and on velocities, (3K,) each."""
         padded = np.zeros(len(self.kept))
         padded[self.kept] = multipliers
-        k = len(self.still)
-        both = (padded.reshape(k, 1, self.rows.shape[1]) @ self.rows).reshape(k, 6)
+        count, width = self.rows.shape[:2]
+        both = (padded.reshape(count, 1, width) @ self.rows).reshape(count, 6)
         return both[:, :3].reshape(-1), both[:, 3:].reshape(-1)
 
 
+class ContactMaps:
+    """Affine maps of one problem, whose columns are the constant, then the controls.
+
+    Attributes:
+        base: (12K, 1 + nu), where all forces are zero: the forces, 3K rows; force and velocity
+            contact by contact, six rows each; the objective's slope in the forces, 3K rows.
+    """
+
+    def __init__(
+        self, table: PieceTable, free: FloatArray, mobility: FloatArray, slopes: FloatArray
+    ) -> None:
+        """Take w = free (1, u) + mobility f and the objective's slope, slopes (1, u, f)."""
+        count, width = len(free), free.shape[1]
+        self._table = table
+        self._moved = np.concatenate([free, mobility, _constants(count)[:, :count]], axis=1)
+        self.base = np.zeros((4 * count, width))
+        by_contact = self.base[count : 3 * count].reshape(count // 3, 6, width)
+        by_contact[:, 3:] = free.reshape(count // 3, 3, width)
+        self.base[3 * count :] = slopes[:, :width]
+        self._response = np.concatenate([_constants(count), slopes[:, width:].T], axis=1)
+        by_contact = self._response[:, count : 3 * count].reshape(count, count // 3, 6)
+        by_contact[:, :, 3:] = mobility.T.reshape(count, count // 3, 3)
+        self._known: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = {}
+
+    def gather(self, modes: tuple[int, ...]) -> Pieces:
+        """Put the contacts' own matrices together."""
+        each = np.arange(len(modes))
+        chosen = np.array(modes, dtype=np.int64)
+        parts = [self._part(pair) for pair in enumerate(modes)]
+        if not parts:
+            return Pieces(self._moved, self._response, self._table.rows[:, 0], np.zeros(0, bool))
+        return Pieces(
+            still=np.concatenate([part[0] for part in parts]),
+            spread=np.concatenate([part[1] for part in parts]),
+            rows=self._table.rows[each, chosen],
+            kept=self._table.row_used[each, chosen].reshape(-1),
+        )
+
+    def _part(self, pair: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
+        """Rows of ``still`` and ``spread`` of one contact in one mode."""
+        found = self._known.get(pair)
+        if found is None:
+            count = int(self._table.count[pair])
+            own = slice(3 * pair[0], 3 * pair[0] + 3)
+            found = (
+                self._table.still[pair][:count] @ self._moved[own],
+                self._table.basis[pair][:, :count].T @ self._response[own],
+            )
+            self._known[pair] = found
+        return found
+
+
+@lru_cache(maxsize=64)
+def _constants(count: int) -> FloatArray:
+    """(3K, 9K): each force, and again among (f, w) contact by contact."""
+    both = np.zeros((count, count // 3, 6))
+    both[np.arange(count), np.arange(count) // 3, np.arange(count) % 3] = 1.0
+    return np.concatenate([np.eye(count), both.reshape(count, 2 * count)], axis=1)
+
+
 @dataclass(frozen=True)
-class AffineForces:
-    """Forces as (3K, nu + 1), constant first, then per control; and the inverse of T Wf E."""
+class Elimination:
+    """The maps of ``ContactMaps`` with the forces eliminated, and the factors of T Wf E."""
 
-    affine: FloatArray
-    inverse: FloatArray
+    maps: FloatArray
+    factors: FloatArray
+    pivots: FloatArray
 
-    def at(self, controls: FloatArray) -> FloatArray:
-        """(3K,) forces at these controls."""
-        force: FloatArray = self.affine[:, 0] + self.affine[:, 1:] @ controls
-        return force
+    @property
+    def affine(self) -> FloatArray:
+        """(3K, 1 + nu): forces, constant first, then per control."""
+        return self.maps[: len(self.maps) // 4]
+
+    @property
+    def both(self) -> FloatArray:
+        """(6K, 1 + nu): force and velocity, contact by contact."""
+        return self.maps[len(self.maps) // 4 : 3 * len(self.maps) // 4]
+
+    @property
+    def slopes(self) -> FloatArray:
+        """(3K, 1 + nu): the objective's slope in the forces."""
+        return self.maps[3 * len(self.maps) // 4 :]
+
+    def held(self, slopes: FloatArray) -> FloatArray:
+        """(p,) multipliers of T w = 0 from slopes (p,) in the amplitudes."""
+        if not len(slopes):
+            return slopes
+        solved: FloatArray = lapack.dgetrs(self.factors, self.pivots, slopes, trans=1)[0]
+        return solved
 
 
-def gather(table: PieceTable, modes: tuple[int, ...]) -> Blocks:
-    """Pick the contacts' own small matrices and drop the padding of the forces."""
-    k, which = np.arange(len(modes)), np.array(modes, dtype=np.int64)
-    used = (np.arange(3) < table.count[k, which][:, None]).reshape(-1)
-    basis = np.zeros((len(k), 3, len(k), 3))
-    basis[k, :, k, :] = table.basis[k, which]
-    return Blocks(
-        basis=basis.reshape(3 * len(k), 3 * len(k))[:, used],
-        still=table.still[k, which],
-        rows=table.rows[k, which],
-        used=used,
-        kept=table.row_used[k, which].reshape(-1),
-    )
-
-
-def eliminate(
-    blocks: Blocks, free: FloatArray, mobility: FloatArray, well_posed: bool
-) -> AffineForces | None:
+def eliminate(pieces: Pieces, maps: ContactMaps, well_posed: bool) -> Elimination | None:
     """Solve T Wf E y = -T (w0 + Wu u) for all u at once; None where T Wf E is singular.
 
     Args:
-        blocks: the chosen pieces.
-        free: (3K, nu + 1), w0 then Wu.
-        mobility: Wf.
+        pieces: the chosen pieces.
+        maps: of the problem.
         well_posed: Wf is definite, so that only sliding can make the system singular, which
-            shows in the size of its inverse; else its condition is computed.
+            shows in the size of its inverse; else its condition counts.
     """
-    system = blocks.hold(mobility) @ blocks.basis
-    size = len(system)
-    if not well_posed and size and _reciprocal_condition(system) < SINGULAR:
+    width = maps.base.shape[1]
+    system = pieces.still[:, width : width + len(maps.base) // 4] @ pieces.basis.T
+    if not len(system):
+        return Elimination(maps.base, system, np.zeros(0))
+    factors, pivots, singular = lapack.dgetrf(system)
+    if singular:
         return None
-    split = free.shape[1]
-    sides = np.zeros((size, split + size))
-    sides[:, :split] = blocks.hold(free)
-    sides.reshape(-1)[split :: split + size + 1] = 1.0
-    try:
-        answer = np.asarray(np.linalg.solve(system, sides), np.float64)
-    except np.linalg.LinAlgError:
+    norm = float(np.abs(system).sum(axis=0).max())
+    condition, _ = lapack.dgecon(factors, norm)
+    if condition * norm * GROWTH < 1.0 or (not well_posed and condition < SINGULAR):
         return None
-    if np.abs(answer).max(initial=0.0) > GROWTH:
+    answer = np.asarray(lapack.dgetrs(factors, pivots, pieces.still[:, :width])[0], np.float64)
+    if np.abs(answer).max() > GROWTH:
         return None
-    return AffineForces(blocks.basis @ -answer[:, :split], answer[:, split:])
+    return Elimination(maps.base - pieces.spread.T @ answer, factors, pivots)
+
+
+def contradicts(pieces: Pieces, size: int, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether redundant contacts ask of T w = 0 what no controls within the bounds give.
+
+    Args:
+        pieces: the chosen pieces, whose T Wf E is singular.
+        size: 3K.
+        lower: (nu,).
+        upper: (nu,).
+    """
+    width = len(lower) + 1
+    vectors, values, _ = np.linalg.svd(pieces.still[:, width : width + size] @ pieces.basis.T)
+    moved = pieces.still[:, :width]
+    # Forces cannot change these combinations of velocities; controls only above rounding.
+    rest = vectors[:, values < SINGULAR * values[:1]].T @ moved
+    pull = np.where(np.abs(rest) < NOISE * np.abs(moved).max(), 0.0, np.abs(rest))[:, 1:]
+    reach = pull @ np.minimum(np.maximum(np.abs(lower), np.abs(upper)), FAR)
+    return bool((np.abs(rest[:, 0]) > reach + CONTRADICTION).any())
 
 
 def definite(matrix: FloatArray) -> bool:
     """Whether the symmetric part has no eigenvalue below 1e-8 of the mean one."""
     size = len(matrix)
     shift = 1e-8 * float(matrix.trace()) / max(size, 1)
-    try:
-        np.linalg.cholesky(0.5 * (matrix + matrix.T) - shift * np.eye(size))
-    except np.linalg.LinAlgError:
-        return False
-    return True
-
-
-def _reciprocal_condition(matrix: FloatArray) -> float:
-    values = np.linalg.svd(matrix, compute_uv=False)
-    return float(values[-1] / values[0]) if values[0] > 0.0 else 0.0
+    shifted = 0.5 * (matrix + matrix.T)
+    shifted.reshape(-1)[:: size + 1] -= shift
+    return size == 0 or lapack.dpotrf(shifted)[1] == 0

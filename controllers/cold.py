@@ -10,7 +10,6 @@ from warp_softbody.controllers.general_search import random_point
 from warp_softbody.controllers.lemke import forward_contact
 from warp_softbody.controllers.node import Node
 from warp_softbody.controllers.penalty import SCHEDULES, close_pairs
-from warp_softbody.controllers.pieces import STICK
 from warp_softbody.controllers.piqp_backend import PIQPBackend
 from warp_softbody.controllers.qpcc import FloatArray
 from warp_softbody.controllers.search import LocalMinimum, Search
@@ -19,17 +18,13 @@ COLD_SHARE = 0.5
 """Share of the budget after which no further penalty run starts: the kicks need the rest."""
 
 
-def cold_minima(search: Search, controls: FloatArray, seed: int) -> list[LocalMinimum]:
-    """Descents from all contacts sticking, from penalty runs, and else from the forward point."""
+def cold_minima(search: Search, static: tuple[int, ...], seed: int) -> list[LocalMinimum]:
+    """Descents from static contacts and from the ends of penalty runs; none without a point."""
     found: dict[tuple[int, ...], LocalMinimum] = {}
-    sticking = search.visit((STICK,) * search.reduced.problem.contact_count)
-    _descend(search, sticking, found)
+    _descend(search, search.visit(static), found)
     if search.reduced.problem.contact_count:
         for controls_there, force in _penalty_points(search, seed):
             _descend(search, _nearest(search, controls_there, force), found)
-    if not found:
-        forward = forward_contact(search.reduced, controls)
-        _descend(search, None if forward is None else search.visit(forward[0]), found)
     return list(found.values())
 
 
@@ -53,7 +48,7 @@ def _penalty_points(search: Search, seed: int) -> list[tuple[FloatArray, FloatAr
     points = []
 
     def spent() -> bool:
-        search.qp_count += general.qp_count
+        reduced.qp_count += general.qp_count
         general.qp_count = 0
         return search.spent
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from warp_softbody.controllers.full_form import full_point, residual
 from warp_softbody.controllers.general_solver import UNUSABLE
 from warp_softbody.controllers.lemke import forward_contact
 from warp_softbody.controllers.node import Node
-from warp_softbody.controllers.pieces import LIFT, STICK
+from warp_softbody.controllers.pieces import LIFT
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 from warp_softbody.controllers.reduced import ReducedProblem
 from warp_softbody.controllers.result import (
@@ -43,22 +42,6 @@ def scaled_controls(reduced: ReducedProblem, controls: FloatArray | None) -> Flo
     return clipped
 
 
-def first_node(search: Search, start: Sequence[int] | FloatArray | None) -> Node | None:
-    """The node of the start, else of all contacts sticking."""
-    count = search.reduced.problem.contact_count
-    if start is not None:
-        highest = search.reduced.table.valid.shape[1]
-        whole = all(mode == int(mode) and 0 <= mode < highest for mode in start)
-        if len(start) != count or not whole:
-            raise InputError(
-                f"start must be {count} modes from 0 to {highest - 1}, got {tuple(start)!r}"
-            )
-        node = search.visit(tuple(int(mode) for mode in start))
-        if node is not None:
-            return node
-    return search.visit((STICK,) * count)
-
-
 def verdict(minimum: LocalMinimum) -> QPCCStatus:
     """What a local minimum may claim."""
     if minimum.strongly_stationary:
@@ -79,9 +62,8 @@ def forward_result(
         modes=modes,
         controls=controls,
         points=reduced.points_at(controls, force),
-        slopes=np.zeros((count, 6)),
+        slopes_there=lambda: np.zeros((count, 6)),
         value=np.nan,
-        violation=np.nan,
         stationarity=np.nan,
     )
     return finish(search, node, status)

@@ -6,6 +6,7 @@ exact (docs/qpcc.md).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,6 +18,8 @@ from warp_softbody.controllers.qp import QPMultipliers, QPProblem, QPSolution, Q
 from warp_softbody.errors import InputError
 
 INFEASIBLE = -1
+
+NONE = np.zeros(0)
 
 SETTINGS = {
     "iter_limit", "primal_tol", "dual_tol", "zero_tol", "pivot_tol", "progress_tol", "cycle_tol",
@@ -46,46 +49,55 @@ class DAQPBackend:
                 raise InputError(f"DAQP has no setting {name!r}")
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise InputError(f"DAQP setting {name!r} cannot be {value!r}")
-        self._second = PIQPBackend(tolerance=tolerance)
+        self._tolerance = tolerance
 
     def solve(self, problem: QPProblem) -> QPSolution:
         """Solve one QP from scratch."""
         if problem.b.size:
             # Equations mean redundant contacts: directions without curvature, PIQP's ground.
-            return self._second.solve(problem)
-        n = len(problem.c)
+            return self._second(problem)
+        n, count = len(problem.c), len(problem.c) + len(problem.h)
         lower = np.concatenate([problem.lower, problem.h])
-        upper = np.concatenate([problem.upper, np.full(len(problem.h), np.inf)])
+        upper = np.full(count, np.inf)
+        upper[:n] = problem.upper
+        settings = self._settings
+        if problem.headroom < math.inf:
+            settings = settings | {"fval_bound": problem.headroom}
         x, _, flag, info = daqp.solve(
-            np.ascontiguousarray(problem.P),
+            problem.P,
             problem.c,
-            np.ascontiguousarray(problem.G),
+            problem.G,
             upper,
             lower,
-            np.zeros(len(lower), np.int32),
-            **self._settings,
+            np.zeros(count, np.int32),
+            **settings,
         )
         if flag < 1:
             return self._refused(problem, flag)
         slope = info["lam"]
+        against = np.maximum(-slope, 0.0)
         solution = checked(
             problem,
             x,
             QPMultipliers(
-                rows=np.maximum(-slope[n:], 0.0),
-                equalities=np.zeros(0),
-                lower=np.maximum(-slope[:n], 0.0),
-                upper=np.maximum(slope[:n], 0.0),
+                rows=against[n:],
+                equalities=NONE,
+                lower=against[:n],
+                upper=slope[:n] + against[:n],
             ),
             otherwise=QPStatus.UNSOLVED,
             iterations=int(info["iterations"]),
         )
-        return solution if solution.status is QPStatus.SOLVED else self._second.solve(problem)
+        return solution if solution.status is QPStatus.SOLVED else self._second(problem)
+
+    def _second(self, problem: QPProblem) -> QPSolution:
+        """Another method's answer."""
+        return PIQPBackend(tolerance=self._tolerance).solve(problem)
 
     def _refused(self, problem: QPProblem, flag: int) -> QPSolution:
         """DAQP's verdict where there is no point, a second opinion on anything else."""
         if flag != INFEASIBLE:
-            return self._second.solve(problem)
+            return self._second(problem)
         none = np.zeros_like(problem.c)
         return QPSolution(
             x=none,

@@ -155,14 +155,18 @@ class Driver:
     def _solve(
         self, qpcc: ContactQPCC, activations: FloatArray, patches: tuple[Patch, ...]
     ) -> QPCCResult:
+        holds = np.array([patch.touching for patch in patches], dtype=bool)
         if self._method == "static":
-            holds = np.array([patch.touching for patch in patches], dtype=bool)
             return solve_static(
                 qpcc, touching=holds, fallback_controls=activations, options=STEP_OPTIONS
             )
-        start = self._start(patches)
-        options = CALM_OPTIONS if self._calm else STEP_OPTIONS
-        return solve_qpcc(qpcc, start=start, fallback_controls=activations, options=options)
+        return solve_qpcc(
+            qpcc,
+            start=self._start(patches),
+            fallback_controls=activations,
+            touching=holds,
+            options=CALM_OPTIONS if self._calm else STEP_OPTIONS,
+        )
 
     def _start(self, patches: tuple[Patch, ...]) -> tuple[int, ...] | None:
         """The last modes: of the same parts, or of as many patches where these have none."""

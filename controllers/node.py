@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
-from warp_softbody.controllers.blocks import AffineForces, Blocks
+from warp_softbody.controllers.blocks import Elimination, Pieces
 from warp_softbody.controllers.qp import QPProblem, QPSolution
 from warp_softbody.controllers.qpcc import FloatArray
 
@@ -17,10 +19,8 @@ class Node:
         modes: one per contact.
         controls: (nu,) scaled.
         points: (K, 6), scaled (f, w) of each contact.
-        slopes: (K, 6), slope of the objective as each contact's (f, w) is shifted: the piece of
-            another mode that contains the point offers descent exactly if one of its rays does.
+        slopes_there: computes ``slopes``.
         value: objective, in the problem's own unit.
-        violation: largest violation of the pieces' rows, scaled.
         stationarity: largest entry of the gradient of the QP's Lagrangian, scaled.
         origin: what ``ReducedProblem.polish`` needs; None where no reduced QP gave the point.
     """
@@ -28,18 +28,26 @@ class Node:
     modes: tuple[int, ...]
     controls: FloatArray
     points: FloatArray
-    slopes: FloatArray
+    slopes_there: Callable[[], FloatArray]
     value: float
-    violation: float
     stationarity: float
     origin: Origin | None = None
+
+    @cached_property
+    def slopes(self) -> FloatArray:
+        """(K, 6), slope of the objective as each contact's (f, w) is shifted.
+
+        The piece of another mode that contains the point offers descent exactly if one of its
+        rays does.
+        """
+        return self.slopes_there()
 
 
 @dataclass(frozen=True)
 class Origin:
     """The reduced QP that gave a node."""
 
-    pieces: Blocks
-    forces: AffineForces
+    pieces: Pieces
+    elimination: Elimination
     program: QPProblem
     solution: QPSolution

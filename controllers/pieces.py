@@ -82,19 +82,34 @@ class PieceTable:
 
     def violation(self, points: FloatArray) -> FloatArray:
         """(K, M): how far each contact's (f, w), (K, 6), is from satisfying each piece."""
-        return np.where(self.valid, -_apply(self.walls, points).min(axis=2), np.inf)
+        return np.where(self.valid, -self._least(self._flat_walls, points), np.inf)
 
     def descent(self, slopes: FloatArray) -> FloatArray:
         """(K, M): least slope along any ray of a piece, for objective slopes (K, 6) in (f, w)."""
-        least: FloatArray = _apply(self.rays, slopes).min(axis=2)
+        return self._least(self._flat_rays, slopes)
+
+    def _least(self, matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+        """(K, M): least product of a piece's rows, (K, r M, 6), with each contact's vector."""
+        count, modes = self.valid.shape
+        rows = matrices.shape[1] // modes
+        products = (matrices @ vectors[:, :, None]).reshape(count, rows, modes)
+        least: FloatArray = products.min(axis=1)
         return least
 
+    @cached_property
+    def _flat_walls(self) -> FloatArray:
+        return _modes_last(self.walls)
 
-def _apply(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """(K, M, r) from (K, M, r, 6) and (K, 6): one matrix-vector product per contact."""
-    k, modes, rows, size = matrices.shape
-    flat = matrices.reshape(k, modes * rows, size) @ vectors[:, :, None]
-    return flat.reshape(k, modes, rows)
+    @cached_property
+    def _flat_rays(self) -> FloatArray:
+        return _modes_last(self.rays)
+
+
+def _modes_last(matrices: FloatArray) -> FloatArray:
+    """(K, r M, 6) from (K, M, r, 6): the least of r rows is then found for all modes at once."""
+    count, modes, rows, size = matrices.shape
+    flat: FloatArray = matrices.transpose(0, 2, 1, 3).reshape(count, rows * modes, size)
+    return flat
 
 
 def piece_table(problem: ContactQPCC) -> PieceTable:

@@ -7,6 +7,7 @@ Infinite bounds are infinite; solvers return noise for "infinity" written as 1e9
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -40,7 +41,11 @@ class QPStatus(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class QPProblem:
-    """Arrays of one QP; A and b, and G and h, may have no rows; P, A and G may all be sparse."""
+    """Arrays of one QP; A and b, and G and h, may have no rows; P, A and G may all be sparse.
+
+    Where every value lies more than ``headroom`` above the least one without rows and bounds, a
+    backend may end early and say INFEASIBLE.
+    """
 
     P: Matrix
     c: FloatArray
@@ -50,6 +55,7 @@ class QPProblem:
     h: FloatArray
     lower: FloatArray
     upper: FloatArray
+    headroom: float = math.inf
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,22 +109,23 @@ def checked(
     """Clip to the bounds, compute value and residuals anew; SOLVED only if they agree."""
     x = np.minimum(np.maximum(point, problem.lower), problem.upper)
     slope = problem.P @ x
-    gradient = slope + problem.c - multipliers.lower + multipliers.upper
-    gap = float(
-        multipliers.lower @ np.minimum(x - problem.lower, FAR)
-        + multipliers.upper @ np.minimum(problem.upper - x, FAR)
-    )
+    gradient = slope + problem.c
+    value = 0.5 * float(x @ (slope + 2.0 * problem.c))
+    gradient -= multipliers.lower
+    gradient += multipliers.upper
+    gap = float(multipliers.lower @ np.minimum(x - problem.lower, FAR))
+    gap += float(multipliers.upper @ np.minimum(problem.upper - x, FAR))
     primal = 0.0
     if problem.h.size:
         gradient -= multipliers.rows @ problem.G
-        slack = problem.G @ x - problem.h
+        slack = problem.G @ x
+        slack -= problem.h
         primal = max(0.0, -float(slack.min()))
         gap += float(multipliers.rows @ slack)
     if problem.b.size:
         gradient -= multipliers.equalities @ problem.A
         primal = max(primal, float(np.abs(problem.A @ x - problem.b).max()))
-    dual = float(np.abs(gradient).max())
-    value = float(x @ (0.5 * slope + problem.c))
+    dual = max(float(gradient.max()), -float(gradient.min()))
     # nan compares false, so a point that is not finite is never accepted.
     accepted = max(primal, dual, abs(gap) / (1.0 + abs(value))) <= ACCEPTED_RESIDUAL
     return QPSolution(

@@ -12,24 +12,32 @@ row.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from scipy.linalg import lapack
 
 from warp_softbody.controllers.blocks import (
-    AffineForces,
-    Blocks,
+    ContactMaps,
+    Elimination,
+    Pieces,
+    contradicts,
     definite,
     eliminate,
-    gather,
 )
 from warp_softbody.controllers.node import Node, Origin
 from warp_softbody.controllers.pieces import PieceTable, piece_table
-from warp_softbody.controllers.qp import Backend, QPProblem, QPSolution, QPStatus, polish
+from warp_softbody.controllers.qp import Backend, QPProblem, QPStatus, polish
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 
 AT_BOUND = 1e-9
 """Scaled distance within which a control is at its bound."""
+
+
+EXACT = 1e-10
+"""Stationarity that polishing would not improve: what an active set method leaves."""
 
 
 class ReducedProblem:
@@ -39,22 +47,22 @@ class ReducedProblem:
         """Scale the problem and look up its pieces."""
         self.problem = problem
         self.backend = backend
+        self.qp_count = 0
         self.table: PieceTable = piece_table(problem)
         nu, k = problem.control_count, problem.contact_count
         half = 0.5 * (problem.upper - problem.lower)
         self.control_scale = np.where(np.isfinite(half) & (half > 0.0), half, 1.0)
         self.speed, self.impulse = problem.scales
         scale = np.concatenate([self.control_scale, np.full(3 * k, self.impulse)])
-        hessian = problem.hessian * scale[:, None] * scale
-        hessian = 0.5 * (hessian + hessian.T)
-        gradient = problem.gradient * scale
-        curvature = float(np.max(np.diagonal(hessian)[:nu]))
-        self.value_scale = curvature or float(np.max(np.abs(gradient))) or 1.0
-        hessian /= self.value_scale
-        self._gradient = gradient / self.value_scale
-        self._uu, self._ff = hessian[:nu, :nu], hessian[nu:, nu:]
-        self._fu, self._uf = hessian[nu:, :nu], hessian[:nu, nu:]
-        self._hessian = hessian
+        # Rows and columns are those of (1, controls, forces): value = z'Sz / 2.
+        slopes = np.zeros((1 + nu + 3 * k, 1 + nu + 3 * k))
+        slopes[0, 1:] = slopes[1:, 0] = problem.gradient * scale
+        np.multiply(problem.hessian, scale, out=slopes[1:, 1:])
+        slopes[1:, 1:] *= scale[:, None]
+        curvature = float(np.max(np.diagonal(slopes)[1 : 1 + nu]))
+        self.value_scale = curvature or float(np.max(np.abs(slopes[0]))) or 1.0
+        slopes /= self.value_scale
+        self._slopes = slopes
         self.lower = problem.lower / self.control_scale
         self.upper = problem.upper / self.control_scale
         # Column 0 is the constant, columns 1.. the controls: every affine map here has this shape.
@@ -62,21 +70,25 @@ class ReducedProblem:
         self.free[:, 0] = problem.velocity_offset / self.speed
         self.free[:, 1:] = problem.velocity_from_controls * (self.control_scale / self.speed)
         self.mobility = problem.velocity_from_forces * (self.impulse / self.speed)
+        self._maps = ContactMaps(self.table, self.free, self.mobility, slopes[1 + nu :])
         self._well_posed = definite(self.mobility)
+        self._no_rows, self._no_sides = np.zeros((0, nu)), np.zeros(0)
 
-    def solve(self, modes: tuple[int, ...]) -> Node | None:
-        """Minimise over these modes; None where they are infeasible or the QP was not solved."""
-        pieces = gather(self.table, modes)
-        forces = eliminate(pieces, self.free, self.mobility, self._well_posed)
-        if forces is None:
+    def solve(self, modes: tuple[int, ...], limit: float = math.inf) -> Node | None:
+        """Minimise over these modes; None where they are infeasible or the QP was not solved.
+
+        None too where no value is as low as ``limit``, if that shows early.
+        """
+        pieces = self._maps.gather(modes)
+        elimination = eliminate(pieces, self._maps, self._well_posed)
+        if elimination is None:
             return self._solve_kept(modes, pieces)
-        return self._solve_reduced(modes, pieces, forces)
+        return self._solve_reduced(modes, pieces, elimination, limit)
 
     def forces_at(self, modes: tuple[int, ...], controls: FloatArray) -> FloatArray | None:
         """(3K,) scaled forces of these modes at fixed scaled controls; None if not determined."""
-        pieces = gather(self.table, modes)
-        forces = eliminate(pieces, self.free, self.mobility, self._well_posed)
-        return None if forces is None else forces.at(controls)
+        found = eliminate(self._maps.gather(modes), self._maps, self._well_posed)
+        return None if found is None else found.affine[:, 0] + found.affine[:, 1:] @ controls
 
     def points_at(self, controls: FloatArray, force: FloatArray) -> FloatArray:
         """(K, 6) scaled (f, w) of every contact for scaled controls and forces."""
@@ -90,31 +102,40 @@ class ReducedProblem:
         return u, points[:, :3] * self.impulse
 
     def _solve_reduced(
-        self, modes: tuple[int, ...], pieces: Blocks, forces: AffineForces
+        self, modes: tuple[int, ...], pieces: Pieces, elimination: Elimination, limit: float
     ) -> Node | None:
         """The QP in the controls only."""
-        affine = forces.affine
-        offset, slope = affine[:, 0], affine[:, 1:]
-        half = slope.T @ (self._fu + 0.5 * (self._ff @ slope))
-        nu = len(self.lower)
-        linear = self._gradient[:nu] + self._uf @ offset
-        linear += (self._gradient[nu:] + self._ff @ offset) @ slope
-        velocity = self.free + self.mobility @ affine
-        rows = pieces.test(affine, velocity)
+        width, affine = len(self.lower) + 1, elimination.affine
+        half = affine.T @ (self._slopes[width:, :width] + elimination.slopes)
+        curvature = self._slopes[:width, :width] + 0.5 * (half + half.T)
+        headroom = math.inf if limit == math.inf else self._headroom(curvature, limit)
+        if headroom < 0.0:
+            return None
+        rows = pieces.test(elimination.both)
         program = QPProblem(
-            P=self._uu + half + half.T,
-            c=linear,
-            A=np.zeros((0, nu)),
-            b=np.zeros(0),
-            G=rows[:, 1:],
+            P=np.ascontiguousarray(curvature[1:, 1:]),
+            c=curvature[0, 1:],
+            A=self._no_rows,
+            b=self._no_sides,
+            G=np.ascontiguousarray(rows[:, 1:]),
             h=-rows[:, 0],
             lower=self.lower,
             upper=self.upper,
+            headroom=headroom,
         )
+        self.qp_count += 1
         solution = self.backend.solve(program)
         if solution.status is not QPStatus.SOLVED:
             return None
-        return self._reduced_node(modes, Origin(pieces, forces, program, solution))
+        return self._reduced_node(modes, Origin(pieces, elimination, program, solution))
+
+    def _headroom(self, curvature: FloatArray, limit: float) -> float:
+        """From the least value without rows and bounds up to the limit, scaled."""
+        _, least, failed = lapack.dposv(curvature[1:, 1:], curvature[1:, 0])
+        if failed:
+            return math.inf
+        floor = 0.5 * float(curvature[0, 0] - least @ curvature[1:, 0])
+        return (limit - self.problem.constant) / self.value_scale - floor
 
     def multipliers(self, node: Node) -> tuple[FloatArray, FloatArray, float]:
         """Slopes (K, 6), what is left of the controls' gradient, and the stationarity residual.
@@ -124,9 +145,9 @@ class ReducedProblem:
         """
         nu, force = len(self.lower), node.points[:, :3].reshape(-1)
         on_velocity = node.slopes[:, 3:].reshape(-1)
-        slopes = self._shifted(self._force_gradient(node.controls, force), on_velocity)
-        rest = self._gradient[:nu] + self._uu @ node.controls + self._uf @ force
-        rest = rest - on_velocity @ self.free[:, 1:]
+        gradient = self._slopes[1:] @ np.concatenate([np.ones(1), node.controls, force])
+        slopes = _per_contact(gradient[nu:] - on_velocity @ self.mobility, on_velocity)
+        rest = gradient[:nu] - on_velocity @ self.free[:, 1:]
         at_lower = node.controls <= self.lower + AT_BOUND
         at_upper = node.controls >= self.upper - AT_BOUND
         off = np.where(at_lower, np.minimum(rest, 0.0), rest)
@@ -140,7 +161,7 @@ class ReducedProblem:
 
     def polish(self, node: Node) -> Node:
         """The node with its controls to rounding, where its active set is clear."""
-        if node.origin is None:
+        if node.origin is None or node.stationarity <= EXACT:
             return node
         solution = polish(node.origin.program, node.origin.solution)
         if solution is node.origin.solution:
@@ -148,32 +169,48 @@ class ReducedProblem:
         return self._reduced_node(node.modes, replace(node.origin, solution=solution))
 
     def _reduced_node(self, modes: tuple[int, ...], origin: Origin) -> Node:
-        pieces, forces, solution = origin.pieces, origin.forces, origin.solution
-        controls, multipliers = solution.x, solution.multipliers.rows
-        force = forces.at(controls)
-        # The multipliers of the still rows, by the transposed system.
-        push, pull = pieces.press(multipliers)
-        gradient = self._force_gradient(controls, force)
-        held = ((gradient - push - pull @ self.mobility) @ pieces.basis) @ forces.inverse
-        slopes = self._shifted(gradient, pull + pieces.pull(held))
-        return self._node(modes, controls, force, slopes, solution, origin)
+        solution, both = origin.solution, origin.elimination.both
+        points = (both[:, 0] + both[:, 1:] @ solution.x).reshape(-1, 6)
+        value, gradient = self._value(solution.x, points)
+        return Node(
+            modes=modes,
+            controls=solution.x,
+            points=points,
+            slopes_there=partial(self._reduced_slopes, origin, gradient),
+            value=value,
+            stationarity=solution.dual_residual,
+            origin=origin,
+        )
 
-    def _solve_kept(self, modes: tuple[int, ...], pieces: Blocks) -> Node | None:
+    def _reduced_slopes(self, origin: Origin, gradient: FloatArray) -> FloatArray:
+        """Slopes of a reduced QP's node; the multipliers of T w = 0 by the transposed system."""
+        pieces, width = origin.pieces, self.free.shape[1]
+        push, pull = pieces.press(origin.solution.multipliers.rows)
+        pressed = gradient - pull @ self.mobility
+        held = origin.elimination.held(pieces.basis @ (pressed - push))
+        back = (held @ pieces.still[:, width:]).reshape(2, -1)
+        return _per_contact(pressed - back[0], pull + back[1])
+
+    def _solve_kept(self, modes: tuple[int, ...], pieces: Pieces) -> Node | None:
         """The QP in controls and force amplitudes, for singular T Wf E."""
-        nu, count = len(self.lower), pieces.basis.shape[1]
-        lift = np.zeros((len(self._gradient), nu + count))
+        nu, k = len(self.lower), len(self.mobility)
+        if contradicts(pieces, k, self.lower, self.upper):
+            return None
+        count = len(pieces.basis)
+        lift = np.zeros((len(self._slopes) - 1, nu + count))
         lift[:nu, :nu] = np.eye(nu)
-        lift[nu:, nu:] = pieces.basis
-        moved = np.hstack([self.free, self.mobility @ pieces.basis])
-        force_map = np.hstack([np.zeros_like(self.free), pieces.basis])
-        rows, still = pieces.test(force_map, moved), pieces.hold(moved)
+        lift[nu:, nu:] = pieces.basis.T
+        held = pieces.still[:, 1 + nu : 1 + nu + k] @ pieces.basis.T
+        both = [self._maps.base[k : 3 * k], pieces.spread[:, k : 3 * k].T]
+        rows = pieces.test(np.concatenate(both, axis=1))
         free = np.full(count, np.inf)
+        self.qp_count += 1
         solution = self.backend.solve(
             QPProblem(
-                P=lift.T @ self._hessian @ lift,
-                c=lift.T @ self._gradient,
-                A=still[:, 1:],
-                b=-still[:, 0],
+                P=lift.T @ self._slopes[1:, 1:] @ lift,
+                c=lift.T @ self._slopes[1:, 0],
+                A=np.concatenate([pieces.still[:, 1 : 1 + nu], held], axis=1),
+                b=-pieces.still[:, 0],
                 G=rows[:, 1:],
                 h=-rows[:, 0],
                 lower=np.concatenate([self.lower, -free]),
@@ -182,40 +219,29 @@ class ReducedProblem:
         )
         if solution.status is not QPStatus.SOLVED:
             return None
-        controls, force = solution.x[:nu], pieces.basis @ solution.x[nu:]
-        multipliers = solution.multipliers.rows
-        on_velocity = pieces.pull(solution.multipliers.equalities) + pieces.press(multipliers)[1]
-        slopes = self._shifted(self._force_gradient(controls, force), on_velocity)
-        return self._node(modes, controls, force, slopes, solution, None)
-
-    def _shifted(self, gradient: FloatArray, on_velocity: FloatArray) -> FloatArray:
-        """Join the slope in w with the slope in f that the physics w = .. + Wf f leaves."""
-        on_force = gradient - self.mobility.T @ on_velocity
-        return np.concatenate([on_force.reshape(-1, 3), on_velocity.reshape(-1, 3)], axis=1)
-
-    def _force_gradient(self, controls: FloatArray, force: FloatArray) -> FloatArray:
-        nu = len(self.lower)
-        gradient: FloatArray = self._gradient[nu:] + self._fu @ controls + self._ff @ force
-        return gradient
-
-    def _node(
-        self,
-        modes: tuple[int, ...],
-        controls: FloatArray,
-        force: FloatArray,
-        slopes: FloatArray,
-        solution: QPSolution,
-        origin: Origin | None,
-    ) -> Node:
-        z = np.concatenate([controls, force])
-        value = float(z @ (0.5 * (self._hessian @ z) + self._gradient))
+        controls, force = solution.x[:nu], pieces.basis.T @ solution.x[nu:]
+        points = self.points_at(controls, force)
+        value, gradient = self._value(controls, points)
+        on_velocity = solution.multipliers.equalities @ pieces.still[:, 1 + nu + k :]
+        on_velocity = on_velocity + pieces.press(solution.multipliers.rows)[1]
+        slopes = _per_contact(gradient - on_velocity @ self.mobility, on_velocity)
         return Node(
             modes=modes,
             controls=controls,
-            points=self.points_at(controls, force),
-            slopes=slopes,
-            value=value * self.value_scale + self.problem.constant,
-            violation=solution.primal_residual,
+            points=points,
+            slopes_there=lambda: slopes,
+            value=value,
             stationarity=solution.dual_residual,
-            origin=origin,
         )
+
+    def _value(self, controls: FloatArray, points: FloatArray) -> tuple[float, FloatArray]:
+        """The objective in the problem's unit, and its scaled slope in the forces, (3K,)."""
+        z = np.concatenate([np.ones(1), controls, points[:, :3].reshape(-1)])
+        slope = self._slopes @ z
+        value = 0.5 * float(z @ slope) * self.value_scale + self.problem.constant
+        return value, slope[1 + len(controls) :]
+
+
+def _per_contact(on_force: FloatArray, on_velocity: FloatArray) -> FloatArray:
+    """(K, 6) from slopes in all forces and in all velocities."""
+    return np.concatenate([on_force.reshape(-1, 3), on_velocity.reshape(-1, 3)], axis=1)

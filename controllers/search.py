@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -57,9 +58,13 @@ class Search:
         self.reduced = reduced
         self.options = options
         self.started = time.perf_counter()
-        self.qp_count = 0
         self._known: dict[tuple[int, ...], Node | None] = {}
-        self._slopes: dict[tuple[int, ...], FloatArray] = {}
+        self._slopes: dict[tuple[int, ...], FloatArray | None] = {}
+
+    @property
+    def qp_count(self) -> int:
+        """QPs solved."""
+        return self.reduced.qp_count
 
     @property
     def spent(self) -> bool:
@@ -67,14 +72,16 @@ class Search:
         late = time.perf_counter() - self.started >= self.options.time_limit
         return self.qp_count >= self.options.max_qps or late
 
-    def visit(self, modes: tuple[int, ...]) -> Node | None:
-        """Solve the QP of these modes once; None if infeasible, unsolved or out of budget."""
+    def visit(self, modes: tuple[int, ...], limit: float = math.inf) -> Node | None:
+        """Solve the QP of these modes once; None if infeasible, unsolved or out of budget.
+
+        None too, also for later visits, if it shows early that no value is as low as ``limit``.
+        """
         modes = self.reduced.table.canonical(modes)
         if modes not in self._known:
             if self.spent:
                 return None
-            self.qp_count += 1
-            self._known[modes] = self.reduced.solve(modes)
+            self._known[modes] = self.reduced.solve(modes, limit)
         return self._known[modes]
 
     def descend(self, node: Node) -> LocalMinimum:
@@ -83,15 +90,11 @@ class Search:
             if node.modes not in self._slopes:
                 self._slopes[node.modes] = self._touching_slopes(node)
             slopes = self._slopes[node.modes]
-            best = slopes.min(axis=1, initial=0.0)
-            willing = np.flatnonzero(best < 0.0)
-            if willing.size == 0:
+            if slopes is None:
                 return LocalMinimum(node, True, True)
-            target = slopes.argmin(axis=1)
-            batch = list(node.modes)
-            for i in willing:
-                batch[i] = int(target[i])
-            following = self._better(node, tuple(batch))
+            willing = slopes.min(axis=1) < 0.0
+            batch = np.where(willing, slopes.argmin(axis=1), node.modes)
+            following = self._better(node, tuple(batch.tolist()))
             if following is None:
                 following = self._single(node, slopes)
             if following is None:
@@ -150,16 +153,19 @@ class Search:
                 return found
         return None
 
-    def _touching_slopes(self, node: Node) -> FloatArray:
-        """(K, M): slope of descent into pieces that contain the point, zero where none."""
+    def _touching_slopes(self, node: Node) -> FloatArray | None:
+        """(K, M): slope of descent into pieces that contain the point; None if there is none."""
+        if not node.modes:
+            return None
         table = self.reduced.table
         slopes = table.descent(node.slopes)
-        noise = SLOPE_NOISE * (1e-3 + float(np.abs(node.slopes).max(initial=0.0)))
-        offers = slopes < -noise
-        offers[np.arange(len(node.modes)), list(node.modes)] = False
-        if offers.any():
-            offers &= table.violation(node.points) <= TOUCHING
-        return np.where(offers, slopes, 0.0)
+        largest = max(float(node.slopes.max()), -float(node.slopes.min()))
+        slopes[np.arange(len(node.modes)), node.modes] = 0.0
+        offers = slopes < -SLOPE_NOISE * (1e-3 + largest)
+        if not offers.any():
+            return None
+        offers &= table.violation(node.points) <= TOUCHING
+        return np.where(offers, slopes, 0.0) if offers.any() else None
 
     def _kicks(self, node: Node) -> Iterator[tuple[int, ...]]:
         """Single changes of mode into pieces away from the point, the most promising first.

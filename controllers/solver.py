@@ -8,12 +8,10 @@ from dataclasses import replace
 from typing import overload
 
 import numpy as np
-import numpy.typing as npt
 
 from warp_softbody.controllers.cold import cold_minima
 from warp_softbody.controllers.contact_result import (
     finish,
-    first_node,
     forward_result,
     new_search,
     scaled_controls,
@@ -23,7 +21,6 @@ from warp_softbody.controllers.general import QPCC
 from warp_softbody.controllers.general_solver import enumerate_general, solve_general
 from warp_softbody.controllers.lemke import forward_contact
 from warp_softbody.controllers.node import Node
-from warp_softbody.controllers.pieces import LIFT, STICK
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 from warp_softbody.controllers.result import (
     COLD_OPTIONS,
@@ -32,10 +29,8 @@ from warp_softbody.controllers.result import (
     QPCCStatus,
     SolverOptions,
 )
-from warp_softbody.controllers.search import Search
+from warp_softbody.controllers.warm import BoolArray, static_modes, warm_minima
 from warp_softbody.errors import InputError
-
-BoolArray = npt.NDArray[np.bool_]
 
 ENUMERATION_LIMIT = 4
 """Contacts that ``enumerate_qpcc`` accepts: 18^4 QPs with 8 directions already take a minute."""
@@ -51,6 +46,7 @@ def solve_qpcc(
     time_limit: float | None = None,
     seed: int = 0,
     fallback_controls: FloatArray | None = None,
+    touching: BoolArray | None = None,
     options: SolverOptions | None = None,
 ) -> QPCCResult: ...
 
@@ -65,6 +61,7 @@ def solve_qpcc(
     time_limit: float | None = None,
     seed: int = 0,
     fallback_controls: None = None,
+    touching: None = None,
     options: SolverOptions | None = None,
 ) -> GeneralResult: ...
 
@@ -78,14 +75,16 @@ def solve_qpcc(
     time_limit: float | None = None,
     seed: int = 0,
     fallback_controls: FloatArray | None = None,
+    touching: BoolArray | None = None,
     options: SolverOptions | None = None,
 ) -> GeneralResult:
     """Look for the best point and modes (docs/qpcc.md). Deterministic for a seed.
 
     With ``start`` the search begins there; without, penalty runs find it (``options.starts``). From
-    there flips descend to a local minimum, which kicks then try to leave. A contact problem whose
-    start is infeasible begins with all contacts sticking, else with the modes of the forward
-    contact problem at the fallback controls.
+    there flips descend to a local minimum, which kicks then try to leave. A contact problem is also
+    begun with touching contacts sticking: with two QPs or more the result is never worse than that
+    of ``solve_static``, where this has a point. If neither is feasible the search begins with the
+    modes of the forward contact problem at the fallback controls.
 
     Args:
         problem: in contact or in general form.
@@ -97,6 +96,7 @@ def solve_qpcc(
         seed: of random starts.
         fallback_controls: contact form only: (nu,), the controls in use now; clipped to the
             bounds; default zero.
+        touching: contact form only: (K,), which contacts to begin with as sticking; default all.
         options: all of the budget; default ``COLD_OPTIONS`` without a start, else
             ``SolverOptions()``.
     """
@@ -110,27 +110,22 @@ def solve_qpcc(
     if isinstance(problem, QPCC):
         if fallback_controls is not None:
             raise InputError("fallback_controls belong to the contact form")
+        if touching is not None:
+            raise InputError("touching contacts belong to the contact form")
         return solve_general(problem, start, options, seed)
     search = new_search(problem, options)
     controls = scaled_controls(search.reduced, fallback_controls)
+    static = static_modes(search, touching)
     if start is None and options.starts:
-        return _solve_cold(search, controls, seed)
-    root = first_node(search, start)
-    forward = None
-    if root is None:
-        forward = forward_contact(search.reduced, controls)
-        if forward is not None:
-            root = search.visit(forward[0])
-    if root is None:
-        return forward_result(search, controls, forward)
-    minimum = search.improve([search.descend(root)])
-    return finish(search, minimum.node, verdict(minimum))
-
-
-def _solve_cold(search: Search, controls: FloatArray, seed: int) -> QPCCResult:
-    minima = cold_minima(search, controls, seed)
+        minima = cold_minima(search, static, seed)
+    else:
+        minima = warm_minima(search, start, static)
     if not minima:
-        return forward_result(search, controls, None)
+        forward = forward_contact(search.reduced, controls)
+        root = None if forward is None else search.visit(forward[0])
+        if root is None:
+            return forward_result(search, controls, forward)
+        minima = [search.descend(root)]
     best = search.improve(minima)
     return finish(search, best.node, verdict(best))
 
@@ -150,9 +145,7 @@ def solve_static(
     """
     search = new_search(problem, options or SolverOptions())
     controls = scaled_controls(search.reduced, fallback_controls)
-    if touching is None:
-        touching = np.ones(problem.contact_count, dtype=bool)
-    node = search.visit(tuple(STICK if holds else LIFT for holds in touching))
+    node = search.visit(static_modes(search, touching))
     if node is None:
         return forward_result(search, controls, forward_contact(search.reduced, controls))
     return finish(search, node, QPCCStatus.STATIC)
@@ -184,7 +177,6 @@ def enumerate_qpcc(problem: ContactQPCC | QPCC) -> GeneralResult:
     valid = [np.flatnonzero(row) for row in search.reduced.table.valid]
     best: Node | None = None
     for modes in itertools.product(*valid):
-        search.qp_count += 1
         node = search.reduced.solve(tuple(int(mode) for mode in modes))
         if node is not None and (best is None or node.value < best.value):
             best = node

@@ -11,7 +11,7 @@ import pytest
 from warp_softbody.controllers.full_form import complementarity, full_point, to_full
 from warp_softbody.controllers.piqp_backend import PIQPBackend
 from warp_softbody.controllers.qp import QPProblem, QPStatus
-from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray, uniform_directions
+from warp_softbody.controllers.qpcc import ContactQPCC, uniform_directions
 from warp_softbody.controllers.result import QPCCStatus, SolverOptions
 from warp_softbody.controllers.solver import enumerate_qpcc, solve_qpcc, solve_static
 from warp_softbody.errors import InputError
@@ -197,7 +197,7 @@ def test_an_infeasible_static_root_falls_back_to_the_forward_solution() -> None:
 
 
 def test_the_backend_says_infeasible_and_checks_its_own_answers() -> None:
-    box: dict[str, FloatArray] = {
+    box: dict[str, Any] = {
         "P": np.eye(2),
         "c": np.array([-1.0, 0.0]),
         "A": np.zeros((0, 2)),
