@@ -123,6 +123,17 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         counters[CONDITION] = go_on
 
     @kernel
+    def add_up(
+        # in
+        partial: wp.array2d(dtype=block),
+        # out
+        total: wp.array(dtype=block),
+    ):
+        # once, for every chunk that needs the sum
+        b = wp.tid()
+        total[b] = total_of(partial, b)
+
+    @kernel
     def products(
         # model
         chunk: int,
@@ -152,14 +163,14 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         chunk: int,
         count: int,
         # in
-        product_partial: wp.array2d(dtype=block),
+        product: wp.array(dtype=block),
         old_product: wp.array(dtype=block),
         z: wp.array2d(dtype=block),
         # out
         p: wp.array2d(dtype=block),
     ):
         b, c = wp.tid()
-        beta = ratio(total_of(product_partial, b), old_product[b])
+        beta = ratio(product[b], old_product[b])
         for i in range(3 * c * chunk, 3 * wp.min((c + 1) * chunk, count)):
             p[b, i] = z[b, i] + wp.cw_mul(beta, p[b, i])
 
@@ -208,8 +219,8 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         chunk: int,
         count: int,
         # in
-        product_partial: wp.array2d(dtype=block),
-        curvature_partial: wp.array2d(dtype=block),
+        product: wp.array(dtype=block),
+        curvature: wp.array(dtype=block),
         p: wp.array2d(dtype=block),
         q: wp.array2d(dtype=block),
         # out
@@ -218,7 +229,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         partial: wp.array2d(dtype=block),
     ):
         b, c = wp.tid()
-        alpha = ratio(total_of(product_partial, b), total_of(curvature_partial, b))
+        alpha = ratio(product[b], curvature[b])
         total = block()
         for i in range(3 * c * chunk, 3 * wp.min((c + 1) * chunk, count)):
             x[b, i] = x[b, i] + wp.cw_mul(alpha, p[b, i])
@@ -232,7 +243,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         # model
         max_iterations: int,
         # in
-        product_partial: wp.array2d(dtype=block),
+        product: wp.array(dtype=block),
         partial: wp.array2d(dtype=block),
         targets: wp.array(dtype=block),
         # out
@@ -241,7 +252,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
     ):
         go_on = int(0)
         for b in range(targets.shape[0]):
-            old_product[b] = total_of(product_partial, b)
+            old_product[b] = product[b]
             square = total_of(partial, b)
             target = targets[b]
             for k in range(width):
@@ -274,6 +285,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         residual=residual,
         set_targets=set_targets,
         begin=begin,
+        add_up=add_up,
         products=products,
         direction=direction,
         curvature=curvature,

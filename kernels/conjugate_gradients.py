@@ -25,7 +25,9 @@ RESIDUAL_PRODUCT = 0
 TARGET_SQUARE = 1
 LAST_SQUARE = 2
 STOP_SQUARE = 3
-SCALARS = 4
+NEW_PRODUCT = 4
+CURVATURE = 5
+SCALARS = 6
 
 ITERATIONS = 0
 CONDITION = 1
@@ -170,11 +172,22 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         partial[c] = total
 
     @kernel
+    def add_up(
+        # model
+        index: int,
+        # in
+        partial: wp.array(dtype=wp.float64),
+        # out
+        scalars: wp.array(dtype=wp.float64),
+    ):
+        # once, for every chunk that needs the sum
+        scalars[index] = total_of(partial)
+
+    @kernel
     def direction(
         # model
         chunk: int,
         # in
-        partial: wp.array(dtype=wp.float64),
         scalars: wp.array(dtype=wp.float64),
         z: wp.array(dtype=vec3),
         # out
@@ -185,7 +198,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         old = scalars[RESIDUAL_PRODUCT]
         beta = scalar(0.0)
         if old > wp.float64(0.0):
-            beta = scalar(total_of(partial) / old)
+            beta = scalar(scalars[NEW_PRODUCT] / old)
         for i in range(c * chunk, wp.min((c + 1) * chunk, z.shape[0])):
             p[i] = z[i] + beta * p[i]
 
@@ -220,8 +233,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         # model
         chunk: int,
         # in
-        product_partial: wp.array(dtype=wp.float64),
-        curvature_partial: wp.array(dtype=wp.float64),
+        scalars: wp.array(dtype=wp.float64),
         p: wp.array(dtype=vec3),
         q: wp.array(dtype=vec3),
         # out
@@ -230,10 +242,10 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         partial: wp.array(dtype=wp.float64),
     ):
         c = wp.tid()
-        curvature = total_of(curvature_partial)
+        curvature = scalars[CURVATURE]
         alpha = scalar(0.0)
         if curvature > wp.float64(0.0):
-            alpha = scalar(total_of(product_partial) / curvature)
+            alpha = scalar(scalars[NEW_PRODUCT] / curvature)
         total = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, x.shape[0])):
             x[i] = x[i] + alpha * p[i]
@@ -247,7 +259,6 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         # model
         max_iterations: int,
         # in
-        product_partial: wp.array(dtype=wp.float64),
         partial: wp.array(dtype=wp.float64),
         # out
         scalars: wp.array(dtype=wp.float64),
@@ -255,7 +266,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     ):
         # written so that a residual that is not a number ends the loop
         square = total_of(partial)
-        scalars[RESIDUAL_PRODUCT] = total_of(product_partial)
+        scalars[RESIDUAL_PRODUCT] = scalars[NEW_PRODUCT]
         scalars[LAST_SQUARE] = square
         counters[ITERATIONS] = counters[ITERATIONS] + 1
         counters[TOTAL_ITERATIONS] = counters[TOTAL_ITERATIONS] + 1
@@ -272,6 +283,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         residual=residual,
         begin=begin,
         filtered_product=filtered_product,
+        add_up=add_up,
         direction=direction,
         product=product,
         advance=advance,

@@ -96,6 +96,8 @@ class Bridge:
         self._sums = {name: model.zeros(partial, types.block) for name in ("rr", "rz", "pq")}
         self._targets = model.zeros(blocks, types.block)
         self._old_product = model.zeros(blocks, types.block)
+        self._product = model.zeros(blocks, types.block)
+        self._curvature = model.zeros(blocks, types.block)
         self._response = model.zeros(blocks, types.block)
         self._stretch = model.zeros((blocks, 6 * model.tet_count), types.block)
         self._maps = model.zeros((blocks, max(1, model.segment_count)), types.block)
@@ -217,12 +219,14 @@ class Bridge:
         def iterate() -> None:
             self._preconditioner.apply_block(v["r"], v["w"], v["z"])
             self._run(k.products, chunks, [*size, a["fixed"], v["r"]], [v["z"], s["rz"]])
-            inputs = [*size, s["rz"], self._old_product, v["z"]]
+            self._run(k.add_up, self._blocks, [s["rz"]], [self._product])
+            inputs = [*size, self._product, self._old_product, v["z"]]
             self._run(k.direction, chunks, inputs, [v["p"]])
             self._run(k.curvature, chunks, [*size, *rows, matrix, v["p"]], [v["q"], s["pq"]])
-            inputs = [*size, s["rz"], s["pq"], v["p"], v["q"]]
+            self._run(k.add_up, self._blocks, [s["pq"]], [self._curvature])
+            inputs = [*size, self._product, self._curvature, v["p"], v["q"]]
             self._run(k.advance, chunks, inputs, [v["x"], v["r"], s["rr"]])
-            inputs = [MOST_ITERATIONS, s["rz"], s["rr"], self._targets]
+            inputs = [MOST_ITERATIONS, self._product, s["rr"], self._targets]
             self._run(k.conclude, 1, inputs, ends)
 
         wp.capture_while(self._counters[bg.CONDITION : bg.CONDITION + 1], iterate)

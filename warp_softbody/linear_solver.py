@@ -95,13 +95,14 @@ class ConjugateGradients:
             if constraints is not None:
                 # r is in the narrowed space, so its product with z stays what it is
                 constraints.project(v["z"])
-            self._launch(k.direction, [m.chunk, s["rz"], self.scalars, v["z"]], [v["p"]])
+            self._launch(k.add_up, [cg.NEW_PRODUCT, s["rz"]], [self.scalars], dim=1)
+            self._launch(k.direction, [m.chunk, self.scalars, v["z"]], [v["p"]])
             self._launch(k.product, [*rows, *surroundings, v["p"]], [v["q"], s["pq"]])
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
-            inputs = [m.chunk, s["rz"], s["pq"], v["p"], v["q"]]
-            self._launch(k.advance, inputs, [x, v["r"], s["rr"]])
-            inputs = [m.options.max_iterations, s["rz"], s["rr"]]
+            self._launch(k.add_up, [cg.CURVATURE, s["pq"]], [self.scalars], dim=1)
+            self._launch(k.advance, [m.chunk, self.scalars, v["p"], v["q"]], [x, v["r"], s["rr"]])
+            inputs = [m.options.max_iterations, s["rr"]]
             self._launch(k.conclude, inputs, [self.scalars, self.counters], dim=1)
 
         wp.capture_while(self.counters[cg.CONDITION : cg.CONDITION + 1], iterate)
