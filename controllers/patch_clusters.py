@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.controllers.patches import Patch, patch_of
+from warp_softbody.controllers.patches import Group, Patch, patches_of
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
 from warp_softbody.mesh import TetMesh
@@ -149,18 +149,20 @@ def _patches(
     least = _least_gaps(division, here)
     owner = _owners(np.unique(labels[here.touching]), chosen, middles)[labels]
     total = float(here.areas[here.touching].sum())
-    patches = []
+    groups, sizes = [], []
     for part in chosen.tolist():
         mine = (owner == part) & here.touching
         if not mine.any():
             mine = (labels == part) & (here.gaps <= least[part] + 1e-9)
         areas = here.areas[mine]
-        shares = areas / areas.sum()
-        of_nodes = nodes[mine], here.gaps[mine], here.normals[mine]
-        patch = patch_of(view, ground, *of_nodes, shares)
-        touched = float(areas.sum()) / total if patch.touching else 0.0
-        patches.append(replace(patch, area=touched, part=part))
-    return tuple(patches)
+        sizes.append(float(areas.sum()))
+        groups.append(Group(nodes[mine], here.gaps[mine], here.normals[mine], areas / areas.sum()))
+    return tuple(
+        replace(patch, area=size / total if patch.touching else 0.0, part=part)
+        for patch, size, part in zip(
+            patches_of(view, ground, groups), sizes, chosen.tolist(), strict=True
+        )
+    )
 
 
 def _owners(

@@ -8,8 +8,10 @@ node stands for it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +24,9 @@ from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+
+FORCE_ANGLES = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+"""Of the sliding that each direction of the force opposes, rad from tangent 1."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,51 +71,64 @@ def contact_frame(normal: tuple[float, float, float]) -> FloatArray:
     return frame
 
 
+class Group(NamedTuple):
+    """Nodes (k,) of a patch, with gaps (k,) m and normals (k, 3) as the ground measures them.
+
+    ``shares`` (k,), sum one, weigh the nodes in every mean; None for all alike.
+    """
+
+    nodes: IntArray
+    gaps: FloatArray
+    normals: FloatArray
+    shares: FloatArray | None = None
+
+
 def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...]:
     """One patch for each named region of the character; none where the scene has no ground."""
     ground = view.scene.ground
     if ground is None:
         return ()
-    return tuple(_patch(view, ground, name) for name in regions)
+    nodes = [view.scene.character.region(name) for name in regions]
+    for name, own in zip(regions, nodes, strict=True):
+        if not len(own):
+            raise InputError(f"patch region {name!r} holds no nodes")
+    return patches_of(view, ground, [_standing(view, ground, own) for own in nodes])
 
 
-def _patch(view: BodyView, ground: Ground, region: str) -> Patch:
-    nodes = view.scene.character.region(region)
-    if not len(nodes):
-        raise InputError(f"patch region {region!r} holds no nodes")
+def _standing(view: BodyView, ground: Ground, nodes: IntArray) -> Group:
+    """Those nodes of a region that stand for it."""
     gaps, normals = ground.measure(view.positions[nodes])
     touching = view.touching[nodes]
     chosen = touching if touching.any() else gaps <= gaps.min() + 1e-9
-    return patch_of(view, ground, nodes[chosen], gaps[chosen], normals[chosen])
+    return Group(nodes[chosen], gaps[chosen], normals[chosen])
 
 
-def patch_of(
-    view: BodyView,
-    ground: Ground,
-    nodes: IntArray,
-    gaps: FloatArray,
-    normals: FloatArray,
-    shares: FloatArray | None = None,
-) -> Patch:
-    """The patch of nodes (k,) with gaps (k,) m and normals (k, 3), as the ground measures them.
-
-    ``shares`` (k,), sum one, weigh the nodes in every mean; default all alike.
-    """
-    frame = contact_frame(_mean_direction(normals, shares))
-    weights = np.zeros(view.node_count)
-    weights[nodes] = 1.0 / len(nodes) if shares is None else shares
-    return Patch(
-        weights=weights,
-        gap=float(gaps.mean() if shares is None else shares @ gaps),
-        frame=frame,
-        friction=ground.friction,
-        touching=bool(view.touching[nodes].any()),
-        factors=_force_factors(view, nodes, frame, shares),
+def patches_of(view: BodyView, ground: Ground, groups: Sequence[Group]) -> tuple[Patch, ...]:
+    """One patch for each group of nodes."""
+    frames = [contact_frame(_mean_direction(group)) for group in groups]
+    factors = _force_factors(view, groups, frames)
+    return tuple(
+        Patch(
+            weights=_weights(view, group),
+            gap=float(group.gaps.mean() if group.shares is None else group.shares @ group.gaps),
+            frame=frame,
+            friction=ground.friction,
+            touching=bool(view.touching[group.nodes].any()),
+            factors=own,
+        )
+        for group, frame, own in zip(groups, frames, factors, strict=True)
     )
 
 
-def _mean_direction(vectors: FloatArray, shares: FloatArray | None) -> tuple[float, float, float]:
-    """Unit mean of vectors (k, 3); the first itself where all are the same, to the last bit."""
+def _weights(view: BodyView, group: Group) -> FloatArray:
+    weights = np.zeros(view.node_count)
+    weights[group.nodes] = 1.0 / len(group.nodes) if group.shares is None else group.shares
+    return weights
+
+
+def _mean_direction(group: Group) -> tuple[float, float, float]:
+    """Unit mean of the normals; the first itself where all are the same, to the last bit."""
+    vectors, shares = group.normals, group.shares
     mean = vectors[0]
     if (vectors != mean).any():
         mean = vectors.mean(axis=0) if shares is None else shares @ vectors
@@ -120,18 +138,23 @@ def _mean_direction(vectors: FloatArray, shares: FloatArray | None) -> tuple[flo
 
 
 def _force_factors(
-    view: BodyView, nodes: IntArray, frame: FloatArray, shares: FloatArray | None
-) -> FloatArray:
-    """Factors of a patch of nodes by the direction of the force, which opposes the sliding."""
+    view: BodyView, groups: Sequence[Group], frames: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """Factors of each patch by the direction of the force, which opposes the sliding."""
     character = view.scene.character
-    if not character.directional_friction:
-        return np.ones(DIRECTIONS)
+    if not groups or not character.directional_friction:
+        return [np.ones(DIRECTIONS) for _ in groups]
     by_node = character.node_friction
-    ahead = _carried(view, nodes, by_node.forward[nodes]) @ frame[1:].T
+    nodes = np.concatenate([group.nodes for group in groups])
+    ends = np.cumsum([len(group.nodes) for group in groups])[:-1]
+    carried = np.split(_carried(view, nodes, by_node.forward[nodes]), ends)
+    ahead = np.concatenate([a @ frame[1:].T for a, frame in zip(carried, frames, strict=True)])
     forward = np.arctan2(ahead[:, 1], ahead[:, 0])
-    sliding = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    factors = factors_at(by_node.factors[nodes], sliding - forward[:, None])
-    return np.asarray(np.average(factors, axis=0, weights=shares))
+    factors = factors_at(by_node.factors[nodes], FORCE_ANGLES - forward[:, None])
+    return [
+        np.asarray(np.average(own, axis=0, weights=group.shares))
+        for own, group in zip(np.split(factors, ends), groups, strict=True)
+    ]
 
 
 @lru_cache(maxsize=8)
@@ -150,9 +173,9 @@ def _carried(view: BodyView, nodes: IntArray, directions: FloatArray) -> FloatAr
     mesh = view.scene.character.mesh
     inverse, order, begins = _tets_around(mesh)
     counts = begins[nodes + 1] - begins[nodes]
-    tets = np.concatenate([order[begins[node] : begins[node + 1]] for node in nodes])
+    firsts = np.cumsum(counts) - counts
+    tets = order[np.repeat(begins[nodes] - firsts, counts) + np.arange(counts.sum())]
     corners = view.positions[mesh.tets[tets]]
     transposed = inverse[tets] @ (corners[:, 1:] - corners[:, :1])
     carried = np.einsum("ti,tij->tj", np.repeat(directions, counts, axis=0), transposed)
-    firsts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     return np.asarray(np.add.reduceat(carried, firsts) / counts[:, None])

@@ -67,8 +67,9 @@ def factors_at(eight: FloatArray, angles: FloatArray) -> FloatArray:
     """Factors at angles (..., k) from forward, rad, linear between the eight given (..., 8)."""
     place = np.mod(angles, 2.0 * np.pi) * DIRECTIONS / (2.0 * np.pi)
     low = place.astype(np.int64)
-    first = np.take_along_axis(eight, low % DIRECTIONS, axis=-1)
-    second = np.take_along_axis(eight, (low + 1) % DIRECTIONS, axis=-1)
+    rows = np.arange(eight.size // DIRECTIONS).reshape(*eight.shape[:-1], 1)
+    flat = eight.reshape(-1, DIRECTIONS)
+    first, second = flat[rows, low % DIRECTIONS], flat[rows, (low + 1) % DIRECTIONS]
     return np.asarray(first + (place - low) * (second - first))
 
 
