@@ -173,7 +173,8 @@ def _mean(view: BodyView, region: str) -> FloatArray:
 
 def _weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
     """Nodal weights (n,) of the mean of some regions."""
-    nodes = np.unique(np.concatenate([view.scene.character.region(name) for name in regions]))
     weights = np.zeros(view.node_count)
-    weights[nodes] = 1.0 / len(nodes)
+    for name in regions:
+        weights[view.scene.character.region(name)] = 1.0
+    weights /= weights.sum()
     return weights

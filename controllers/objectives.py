@@ -39,7 +39,9 @@ class Objective:
         """Check shapes and numbers, so that a bad goal is named here and not in a solver."""
         count = len(self.rows)
         for field in ("target", "weight"):
-            value = np.broadcast_to(np.asarray(getattr(self, field), dtype=np.float64), (count,))
+            value = np.asarray(getattr(self, field), dtype=np.float64)
+            if value.shape != (count,):
+                value = np.broadcast_to(value, (count,))
             if not np.isfinite(value).all():
                 raise InputError(f"objective {self.name!r}: {field} must be finite, got {value}")
             object.__setattr__(self, field, value)
@@ -108,7 +110,7 @@ def base_area(
     ground = view.scene.ground
     frame = contact_frame(ground.normal if ground is not None else (0.0, 0.0, 1.0))
     flat = view.positions[triangles] @ frame[1:].T
-    ahead, behind = np.roll(flat, -1, axis=1), np.roll(flat, 1, axis=1)
+    ahead, behind = flat[:, [1, 2, 0]], flat[:, [2, 0, 1]]
     turned = np.stack([ahead[..., 1] - behind[..., 1], behind[..., 0] - ahead[..., 0]], axis=-1)
     doubled = np.sum(flat * turned, axis=(1, 2)) / 2.0
     gradient = np.zeros((view.node_count, 3))

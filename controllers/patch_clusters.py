@@ -19,6 +19,7 @@ from warp_softbody.controllers.patches import Group, Patch, patches_of
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
 from warp_softbody.mesh import TetMesh
+from warp_softbody.mesh_geometry import cross_rows
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
@@ -101,7 +102,7 @@ def partition(mesh: TetMesh, nodes: bytes, parts: int) -> Partition:
     """
     chosen = np.frombuffer(nodes, np.int32)
     points = mesh.points[chosen]
-    weights = _areas(mesh, mesh.points)[chosen]
+    weights = _areas(mesh, _crosses(mesh, mesh.points), len(mesh.points))[chosen]
     middles = points[_spread(points, parts)]
     labels = np.full(len(points), -1)
     for _ in range(SWEEPS):
@@ -170,8 +171,8 @@ def _owners(
 ) -> npt.NDArray[np.intp]:
     """(parts,): the part whose patch takes a part's nodes, itself where it is chosen."""
     owner = np.arange(len(middles))
-    others = np.setdiff1d(touched, chosen)
-    if len(others):
+    others = sorted(set(touched.tolist()) - set(chosen.tolist()))
+    if others:
         owner[others] = chosen[_distances(middles[others], middles[chosen]).argmin(axis=1)]
     return owner
 
@@ -179,26 +180,29 @@ def _owners(
 def _measure(view: BodyView, ground: Ground, nodes: IntArray) -> _Ground:
     gaps, normals = ground.measure(view.positions[nodes])
     mesh = view.scene.character.mesh
-    facing = -np.einsum("ij,ij->i", _area_vectors(mesh, view.positions)[nodes], normals)
-    whole = _areas(mesh, view.positions)[nodes]
+    crosses = _crosses(mesh, view.positions)
+    count = len(view.positions)
+    facing = -np.einsum("ij,ij->i", _area_vectors(mesh, crosses, count)[nodes], normals)
+    whole = _areas(mesh, crosses, count)[nodes]
     areas = np.maximum(facing, UPRIGHT_SHARE * whole)
     return _Ground(gaps, normals, areas, view.touching[nodes])
 
 
-def _area_vectors(mesh: TetMesh, positions: FloatArray) -> FloatArray:
+def _area_vectors(mesh: TetMesh, crosses: FloatArray, count: int) -> FloatArray:
     """(n, 3) m^2: a third of the outward area vectors of the triangles around each node."""
-    return _gathered(mesh, _crosses(mesh, positions) / 6.0, len(positions))
+    return _gathered(mesh, crosses / 6.0, count)
 
 
-def _areas(mesh: TetMesh, positions: FloatArray) -> FloatArray:
+def _areas(mesh: TetMesh, crosses: FloatArray, count: int) -> FloatArray:
     """(n,) m^2: a third of the areas of the triangles around each node."""
-    size = np.linalg.norm(_crosses(mesh, positions), axis=1) / 6.0
-    return _gathered(mesh, size[:, None], len(positions))[:, 0]
+    size = np.linalg.norm(crosses, axis=1) / 6.0
+    return _gathered(mesh, size[:, None], count)[:, 0]
 
 
 def _crosses(mesh: TetMesh, positions: FloatArray) -> FloatArray:
+    """Twice the outward area vectors of the surface's triangles, (f, 3) m^2."""
     a, b, c = positions[mesh.surface.T]
-    return np.cross(b - a, c - a)
+    return cross_rows(b - a, c - a)
 
 
 def _gathered(mesh: TetMesh, of_triangles: FloatArray, count: int) -> FloatArray:

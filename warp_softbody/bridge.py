@@ -153,15 +153,17 @@ class Bridge:
         if len(model.body.fixed):
             return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
         by_node = rows.reshape(len(rows), -1, 3)
-        direction = by_node.sum(axis=1) / model.masses.sum()
-        size = 1e-9 * np.abs(direction).max(axis=1)
-        # most rows are told apart by their first node alone
-        candidates = (np.abs(by_node[:, 0] / model.masses[0] - direction) <= size[:, None]).all(1)
-        for row in np.flatnonzero(candidates):
-            miss = by_node[row] / model.masses[:, None] - direction[row]
-            candidates[row] = np.abs(miss).max() <= size[row]
+        first, last = by_node[:, 0] / model.masses[0], by_node[:, -1] / model.masses[-1]
+        # most rows are told apart by two nodes
+        size = np.abs(first).max(axis=1, keepdims=True)
+        likely = np.flatnonzero(((np.abs(last - first) <= 1e-9 * size) & (size > 0.0)).all(axis=1))
+        direction = by_node[likely].sum(axis=1) / model.masses.sum()
+        miss = np.abs(by_node[likely] / model.masses[:, None] - direction[:, None])
+        sure = miss.max(axis=(1, 2)) <= 1e-9 * np.abs(direction).max(axis=1)
+        moved = np.zeros(len(rows), dtype=bool)
+        moved[likely[sure]] = True
         damping = model.scene.character.material.mass_damping
-        return candidates, direction[candidates] / (1.0 + model.options.time_step * damping)
+        return moved, direction[sure] / (1.0 + model.options.time_step * damping)
 
     def _solve_blocks(self, rows: FloatArray) -> int:
         """Run the block iteration on rows; its iterations."""

@@ -69,5 +69,6 @@ class Plane:
 
     def measure(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Signed distances (k,) m of points (k, 3), and the normal for each of them (k, 3)."""
-        normal = np.array(self.normal)
-        return points @ normal - self.offset, np.tile(normal, (len(points), 1))
+        normals = np.empty((len(points), 3))
+        normals[:] = self.normal
+        return points @ np.array(self.normal) - self.offset, normals

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.mesh_geometry import cross_rows
 from warp_softbody.scene import Scene
 
 FloatArray = npt.NDArray[np.float64]
@@ -66,4 +67,4 @@ class BodyView:
     def angular_momentum(self) -> FloatArray:
         """H about the centre of mass, (3,) kg m^2/s."""
         arms = self.positions - self.center_of_mass
-        return np.asarray(self.masses @ np.cross(arms, self.velocities))
+        return np.asarray(self.masses @ cross_rows(arms, self.velocities))
