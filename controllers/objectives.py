@@ -113,9 +113,10 @@ def base_area(
     ahead, behind = flat[:, [1, 2, 0]], flat[:, [2, 0, 1]]
     turned = np.stack([ahead[..., 1] - behind[..., 1], behind[..., 0] - ahead[..., 0]], axis=-1)
     doubled = np.sum(flat * turned, axis=(1, 2)) / 2.0
-    gradient = np.zeros((view.node_count, 3))
-    np.add.at(gradient, triangles, (np.sign(doubled)[:, None, None] * turned) @ frame[1:])
-    rows = (gradient / np.abs(doubled).sum()).reshape(1, -1)
+    pull = ((np.sign(doubled)[:, None, None] * turned) @ frame[1:]).reshape(-1, 3)
+    corners = triangles.ravel()
+    gradient = [np.bincount(corners, along, view.node_count) for along in pull.T]
+    rows = (np.stack(gradient, axis=1) / np.abs(doubled).sum()).reshape(1, -1)
     return Objective(
         name="base area", rows=rows, target=np.array([growth]), weight=np.array([weight])
     )
