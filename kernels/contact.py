@@ -141,7 +141,9 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             impulses[c] = vec3()
             return
         weight = scalar(0.3333333333333333) * wp.trace(values[diagonal_slot[i]])
-        impulse = row_product(i, row_start, column, values, x) - right[i]
+        impulse = vec3()
+        if mode != lift:
+            impulse = row_product(i, row_start, column, values, x) - right[i]
         normal_impulse = wp.dot(n, impulse)
         normal_speed = wp.dot(n, x[i])
         sliding = x[i] - normal_speed * n
@@ -155,7 +157,6 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             violations[c] = vec2(
                 weight * wp.max(normal_velocity[c] - normal_speed, scalar(0.0)), scalar(0.0)
             )
-            impulse = vec3()
             if normal_speed < normal_velocity[c] - tolerances[1]:
                 next_mode = slide
                 slip_velocities[i] = vec3()

@@ -86,23 +86,26 @@ class Bridge:
     def _allocate(self, blocks: int) -> None:
         """Work arrays for a number of blocks of rows, and no graphs yet."""
         model = self._stepper.model
-        types, size = model.types, 3 * model.node_count
+        block = model.types.block
+        sizes = dict.fromkeys(("j", "x", "r", "z", "p", "q", "half"), 3 * model.node_count)
+        sizes |= dict.fromkeys(("rr", "rz", "pq"), model.chunk_count)
+        sizes |= {"stretch": 6 * model.tet_count, "maps": max(1, model.segment_count)}
+        scalars = ("target", "old product", "product", "curvature", "response")
+        self._room = {name: model.zeros((blocks, size), block) for name, size in sizes.items()}
+        self._room |= {name: model.zeros(blocks, block) for name in scalars}
         self._blocks = blocks
-        shape = (blocks, size)
-        self._vectors = {
-            name: model.zeros(shape, types.block) for name in ("j", "x", "r", "z", "p", "q", "w")
-        }
-        partial = (blocks, model.chunk_count)
-        self._sums = {name: model.zeros(partial, types.block) for name in ("rr", "rz", "pq")}
-        self._targets = model.zeros(blocks, types.block)
-        self._old_product = model.zeros(blocks, types.block)
-        self._product = model.zeros(blocks, types.block)
-        self._curvature = model.zeros(blocks, types.block)
-        self._response = model.zeros(blocks, types.block)
-        self._stretch = model.zeros((blocks, 6 * model.tet_count), types.block)
-        self._maps = model.zeros((blocks, max(1, model.segment_count)), types.block)
+        self._work = self._room
         self._last_rows = 0
-        self._graphs: dict[bool, Any] = {}
+        self._graphs: dict[tuple[bool, int], Any] = {}
+
+    def _use(self, count: int) -> None:
+        """Begin anew with as many of the blocks as hold a number of rows."""
+        blocks = max(1, -(-count // BLOCK))
+        if blocks > self._blocks:
+            self._allocate(blocks)
+        self._work = {name: array[:blocks] for name, array in self._room.items()}
+        self._work["x"].zero_()
+        self._last_rows = count
 
     @property
     def row_capacity(self) -> int:
@@ -118,18 +121,16 @@ class Bridge:
             )
         moved, shifts = self._translations(rows)
         others = np.flatnonzero(~moved)
-        if len(others) > self.row_capacity:
-            self._allocate(-(-len(others) // BLOCK))
         iterations = self._solve_blocks(rows[others])
         count, segments = len(rows), model.segment_count
         responses = np.empty((count, rows.shape[1]))
-        responses[others] = self._from_blocks(self._vectors["x"].numpy(), len(others))
+        responses[others] = self._from_blocks(self._work["x"].numpy(), len(others))
         responses[moved] = np.tile(shifts, model.node_count)
         free = np.empty(count)
-        free[others] = self._response.numpy().reshape(-1)[: len(others)]
+        free[others] = self._work["response"].numpy().reshape(-1)[: len(others)]
         free[moved] = shifts @ self._stepper.assembly.momentum.numpy().sum(axis=0, dtype=np.float64)
         maps = np.zeros((count, segments))
-        maps[others] = self._from_blocks(self._maps.numpy(), len(others))[:, :segments]
+        maps[others] = self._from_blocks(self._work["maps"].numpy(), len(others))[:, :segments]
         compliance = rows @ responses.T
         return ControlProblem(
             rows=rows,
@@ -169,15 +170,15 @@ class Bridge:
         """Run the block iteration on rows; its iterations."""
         model = self._stepper.model
         if len(rows) != self._last_rows:
-            self._vectors["x"].zero_()
-            self._last_rows = len(rows)
-        self._vectors["j"].assign(self._to_blocks(rows))
+            self._use(len(rows))
+        self._work["j"].assign(self._to_blocks(rows))
         renew = self._preconditioner.stale
-        if renew not in self._graphs:
+        key = (renew, len(self._work["j"]))
+        if key not in self._graphs:
             with wp.ScopedCapture(device=model.options.device) as capture:
                 self._launch(renew)
-            self._graphs[renew] = capture.graph
-        wp.capture_launch(self._graphs[renew])
+            self._graphs[key] = capture.graph
+        wp.capture_launch(self._graphs[key])
         if renew:
             self._preconditioner.renewed()
         iterations = int(self._counters.numpy()[bg.ITERATIONS])
@@ -186,9 +187,10 @@ class Bridge:
 
     def _to_blocks(self, rows: FloatArray) -> npt.NDArray[np.floating]:
         dtype = np.dtype(self._stepper.model.options.precision)
-        padded = np.zeros((self.row_capacity, rows.shape[1]), dtype=dtype)
+        count = len(self._work["j"])
+        padded = np.zeros((count * BLOCK, rows.shape[1]), dtype=dtype)
         padded[: len(rows)] = rows
-        blocks = padded.reshape(self._blocks, BLOCK, -1)
+        blocks = padded.reshape(count, BLOCK, -1)
         return np.ascontiguousarray(blocks.transpose(0, 2, 1))
 
     @staticmethod
@@ -203,43 +205,43 @@ class Bridge:
 
     def _launch(self, renew: bool) -> None:
         model, a, k = self._stepper.model, self._stepper.model.arrays, self._kernels
-        v, s = self._vectors, self._sums
+        w, blocks = self._work, len(self._work["j"])
         if renew:
             self._preconditioner.renew(self._unbound)
         self._preconditioner.prepare(self._unbound)
         size = [model.chunk, model.node_count]
         rows = [a["fixed"], a["row_start"], a["column"]]
         matrix = self._stepper.assembly.values
-        chunks = (self._blocks, model.chunk_count)
-        residual = [v["j"], v["x"]]
-        self._run(k.residual, chunks, [*size, *rows, 0, matrix, *residual], [v["r"], s["rr"]])
-        self._run(k.set_targets, self._blocks, [self._tolerance, s["rr"]], [self._targets])
-        self._run(k.residual, chunks, [*size, *rows, 1, matrix, *residual], [v["r"], s["rr"]])
-        ends = [self._old_product, self._counters]
-        self._run(k.begin, 1, [s["rr"], self._targets], ends)
+        chunks = (blocks, model.chunk_count)
+        residual = [w["j"], w["x"]]
+        self._run(k.residual, chunks, [*size, *rows, 0, matrix, *residual], [w["r"], w["rr"]])
+        self._run(k.set_targets, blocks, [self._tolerance, w["rr"]], [w["target"]])
+        self._run(k.residual, chunks, [*size, *rows, 1, matrix, *residual], [w["r"], w["rr"]])
+        ends = [w["old product"], self._counters]
+        self._run(k.begin, 1, [w["rr"], w["target"]], ends)
 
         def iterate() -> None:
-            self._preconditioner.apply_block(v["r"], v["w"], v["z"])
-            self._run(k.products, chunks, [*size, a["fixed"], v["r"]], [v["z"], s["rz"]])
-            self._run(k.add_up, self._blocks, [s["rz"]], [self._product])
-            inputs = [*size, self._product, self._old_product, v["z"]]
-            self._run(k.direction, chunks, inputs, [v["p"]])
-            self._run(k.curvature, chunks, [*size, *rows, matrix, v["p"]], [v["q"], s["pq"]])
-            self._run(k.add_up, self._blocks, [s["pq"]], [self._curvature])
-            inputs = [*size, self._product, self._curvature, v["p"], v["q"]]
-            self._run(k.advance, chunks, inputs, [v["x"], v["r"], s["rr"]])
-            inputs = [MOST_ITERATIONS, self._product, s["rr"], self._targets]
+            self._preconditioner.apply_block(w["r"], w["half"], w["z"])
+            self._run(k.products, chunks, [*size, a["fixed"], w["r"]], [w["z"], w["rz"]])
+            self._run(k.add_up, blocks, [w["rz"]], [w["product"]])
+            inputs = [*size, w["product"], w["old product"], w["z"]]
+            self._run(k.direction, chunks, inputs, [w["p"]])
+            self._run(k.curvature, chunks, [*size, *rows, matrix, w["p"]], [w["q"], w["pq"]])
+            self._run(k.add_up, blocks, [w["pq"]], [w["curvature"]])
+            inputs = [*size, w["product"], w["curvature"], w["p"], w["q"]]
+            self._run(k.advance, chunks, inputs, [w["x"], w["r"], w["rr"]])
+            inputs = [MOST_ITERATIONS, w["product"], w["rr"], w["target"]]
             self._run(k.conclude, 1, inputs, ends)
 
         wp.capture_while(self._counters[bg.CONDITION : bg.CONDITION + 1], iterate)
-        inputs = [model.node_count, v["x"], self._stepper.assembly.momentum]
-        self._run(k.free_response, self._blocks, inputs, [self._response])
+        inputs = [model.node_count, w["x"], self._stepper.assembly.momentum]
+        self._run(k.free_response, blocks, inputs, [w["response"]])
         if self._muscles is not None:
-            now = [self._stepper.assembly.rotations, self._stepper.assembly.area_rows, v["x"]]
-            shape = (self._blocks, model.tet_count)
-            self._run(self._muscles.tet_response, shape, [a["tets"], *now], [self._stretch])
+            now = [self._stepper.assembly.rotations, self._stepper.assembly.area_rows, w["x"]]
+            shape = (blocks, model.tet_count)
+            self._run(self._muscles.tet_response, shape, [a["tets"], *now], [w["stretch"]])
             segments = [a["segment_start"], a["segment_tet"], a["segment_weight"], a["directions"]]
             factors = [a["muscle_stiffness"], a["step_factors"]]
-            shape = (self._blocks, model.segment_count)
-            inputs = [*segments, *factors, self._stretch]
-            self._run(self._muscles.muscle_response, shape, inputs, [self._maps])
+            shape = (blocks, model.segment_count)
+            inputs = [*segments, *factors, w["stretch"]]
+            self._run(self._muscles.muscle_response, shape, inputs, [w["maps"]])

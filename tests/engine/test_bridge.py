@@ -171,6 +171,19 @@ def test_it_makes_room_for_more_rows() -> None:
     assert bridge.row_capacity >= 40
 
 
+def test_fewer_rows_use_fewer_blocks() -> None:
+    """After many rows, the answer to a few is that of a bridge that never had more, bit by bit."""
+    body, _ = stretched(precision="float32", bridge_tolerance=1e-3)
+    bridge = Bridge(body.stepper)
+    rows = some_rows(body, 40)
+    for count in (9, 40, 12):
+        problem = bridge.solve(rows[:count])
+        expected = Bridge(body.stepper, row_capacity=count).solve(rows[:count])
+        np.testing.assert_array_equal(problem.responses, expected.responses)
+        np.testing.assert_array_equal(problem.muscle_map, expected.muscle_map)
+        assert problem.iterations == expected.iterations
+
+
 def test_rows_of_another_length_are_refused() -> None:
     body, _ = stretched()
     bridge = Bridge(body.stepper, row_capacity=16)
