@@ -14,7 +14,6 @@ from warp_softbody.scene import Scene
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 
 SIDE = 0.3  # m
-CELLS = 7
 
 
 def box_mesh(cells: tuple[int, int, int], size: Vector, origin: Vector) -> TetMesh:
@@ -35,7 +34,7 @@ def box_mesh(cells: tuple[int, int, int], size: Vector, origin: Vector) -> TetMe
 def build(values: Values) -> tuple[Scene, None]:
     """The cube over a floor, in flight."""
     half = SIDE / 2.0
-    mesh = box_mesh((CELLS,) * 3, (SIDE,) * 3, (-half, -half, values["height"]))
+    mesh = box_mesh((int(values["cells"]),) * 3, (SIDE,) * 3, (-half, -half, values["height"]))
     material = Material(
         young_modulus=values["young_modulus"], poisson_ratio=0.4, stiffness_damping=0.02
     )
@@ -59,6 +58,7 @@ RECIPE = SceneRecipe(
         Setting(
             name="young_modulus", default=1e5, low=1e3, high=1e9, unit="Pa", help="of the cube"
         ),
+        Setting(name="cells", default=7, low=1, high=24, help="of the mesh along each side"),
     ),
     build=build,
     seconds=2.0,

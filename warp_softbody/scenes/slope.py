@@ -20,7 +20,8 @@ MATERIAL = Material(young_modulus=1e6, poisson_ratio=0.3, stiffness_damping=0.02
 def build(values: Values) -> tuple[Scene, None]:
     """The slab at rest on a plane that falls towards +x."""
     angle = math.radians(values["slope_degrees"])
-    flat = box_mesh((6, 6, 2), (0.3, 0.3, 0.08), (-0.15, -0.15, 0.0))
+    through = int(values["cells"])
+    flat = box_mesh((3 * through, 3 * through, through), (0.3, 0.3, 0.08), (-0.15, -0.15, 0.0))
     cosine, sine = math.cos(angle), math.sin(angle)
     lean = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
     mesh = TetMesh.from_arrays(flat.points @ lean.T, flat.tets)
@@ -40,6 +41,13 @@ RECIPE = SceneRecipe(
         ),
         Setting(
             name="friction", default=0.5, low=0.0, high=1e3, help="Coulomb coefficient of the slope"
+        ),
+        Setting(
+            name="cells",
+            default=2,
+            low=1,
+            high=16,
+            help="of the mesh through it; three times along",
         ),
     ),
     build=build,
