@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -160,11 +161,40 @@ def residual(problem: ContactQPCC, x: FloatArray, velocities: FloatArray) -> flo
     return float(np.abs(np.minimum(left, right)).max(initial=0.0))
 
 
-@lru_cache(maxsize=8)
-def _pairs(count: int) -> tuple[IntArray, IntArray, BoolArray]:
-    """All pairs of directions, and which of them are neighbours."""
+class _Spans(NamedTuple):
+    """All P pairs of directions of K contacts.
+
+    ``inverse`` (K, 2P, 2) gives the two betas of a tangent force, first those of every pair's first
+    direction; ``usable`` (K, P) are the pairs that span the plane; ``neighbours`` (P,).
+    """
+
+    first: IntArray
+    second: IntArray
+    inverse: FloatArray
+    usable: BoolArray
+    neighbours: BoolArray
+
+
+@lru_cache(maxsize=64)
+def _spans(directions: bytes, scale: bytes) -> _Spans:
+    plane = np.frombuffer(directions).reshape(-1, 2)
+    count = len(plane)
     first, second = np.triu_indices(count, 1)
-    return first, second, (second - first == 1) | (second - first == count - 1)
+    scaled = plane * np.frombuffer(scale).reshape(-1, count, 1)
+    a, b = scaled[:, first], scaled[:, second]
+    determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    usable = np.abs(determinant) > 1e-12
+    determinant = np.where(usable, determinant, 1.0)
+    inverse = np.stack([b[..., 1], -b[..., 0], -a[..., 1], a[..., 0]], axis=-1)
+    inverse = (inverse / determinant[..., None]).reshape(len(scaled), len(first), 2, 2)
+    apart = second - first
+    return _Spans(
+        first,
+        second,
+        inverse.swapaxes(1, 2).reshape(len(scaled), 2 * len(first), 2),
+        usable,
+        (apart == 1) | (apart == count - 1),
+    )
 
 
 def _split_tangents(
@@ -176,20 +206,15 @@ def _split_tangents(
     with unequal S some directions lie inside the hull of the others.
     """
     contacts, count = scale.shape
-    first, second, adjacent = _pairs(count)
-    scaled = directions * scale[:, :, None]
-    a, b = scaled[:, first], scaled[:, second]
-    determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    usable = np.abs(determinant) > 1e-12
-    usable &= adjacent | ~neighbours[:, None]
-    determinant = np.where(usable, determinant, 1.0)
-    x, y = tangents[:, :1], tangents[:, 1:]
-    on_a = (x * b[..., 1] - y * b[..., 0]) / determinant
-    on_b = (a[..., 0] * y - a[..., 1] * x) / determinant
-    deficit = np.maximum(0.0, -np.minimum(on_a, on_b))
-    slack = 1e-12 * (1.0 + np.abs(x) + np.abs(y))
-    cost = np.where(deficit <= slack, 0.0, 1e6 * deficit) + np.abs(on_a) + np.abs(on_b)
+    spans = _spans(directions.tobytes(), scale.tobytes())
+    betas = (spans.inverse @ tangents[:, :, None]).reshape(contacts, 2, len(spans.first))
+    sizes = np.abs(betas)
+    deficit = (sizes - betas).max(axis=1) * 0.5
+    slack = 1e-12 * (1.0 + np.abs(tangents).sum(axis=1, keepdims=True))
+    cost = np.where(deficit <= slack, 0.0, 1e6 * deficit) + sizes.sum(axis=1)
+    usable = spans.usable & (spans.neighbours | ~neighbours[:, None])
     best = np.where(usable, cost, np.inf).argmin(axis=1)
     each, beta = np.arange(contacts), np.zeros((contacts, count))
-    beta[each, first[best]], beta[each, second[best]] = on_a[each, best], on_b[each, best]
+    beta[each, spans.first[best]] = betas[each, 0, best]
+    beta[each, spans.second[best]] = betas[each, 1, best]
     return beta

@@ -15,11 +15,13 @@ simulator, and has the size that belongs to that way (docs/qpcc.md).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import lapack
 
 from warp_softbody.errors import InputError
 
@@ -150,6 +152,9 @@ class ContactQPCC:
     def _check_numbers(self) -> None:
         for entry in fields(self):
             value = getattr(self, entry.name)
+            # A finite sum has only finite terms.
+            if math.isfinite(value if entry.name == "constant" else value.sum()):
+                continue
             finite = np.isfinite(value)
             if entry.name in ("lower", "upper"):
                 finite = ~np.isnan(value)
@@ -169,29 +174,36 @@ class ContactQPCC:
     def _check_law(self) -> None:
         if np.any(self.friction < 0.0) or np.any(self.factors <= 0.0):
             raise InputError("QPCC friction must not be negative and factors must be positive")
-        following = np.roll(self.directions, -1, axis=0)
-        turn = self.directions[:, 0] * following[:, 1] - self.directions[:, 1] * following[:, 0]
-        unit = np.abs(np.linalg.norm(self.directions, axis=1) - 1.0) < 1e-9
-        if len(self.directions) < 3 or not np.all(unit) or np.any(turn <= 1e-9):
-            raise InputError(
-                "QPCC directions must be three or more unit vectors ordered by angle, "
-                "with less than half a turn between neighbours"
-            )
-        angles = np.arctan2(turn, np.sum(self.directions * following, axis=1))
-        if abs(float(np.sum(angles)) - 2.0 * np.pi) > 1e-6:
-            raise InputError("QPCC directions must go round the tangent plane exactly once")
+        _check_directions(self.directions.tobytes())
         for name, tolerance in (("hessian", 1e-6), ("velocity_from_forces", SYMMETRY_TOLERANCE)):
             matrix = getattr(self, name)
-            size = float(np.max(np.abs(matrix), initial=0.0))
-            if float(np.max(np.abs(matrix - matrix.T), initial=0.0)) > tolerance * size:
+            size = max(float(matrix.max(initial=0.0)), -float(matrix.min(initial=0.0)))
+            # Both signs of every difference are among them.
+            if float((matrix - matrix.T).max(initial=0.0)) > tolerance * size:
                 raise InputError(f"QPCC {name} must be symmetric")
-        size = float(np.max(np.abs(self.hessian), initial=0.0))
-        shift = CONVEXITY_TOLERANCE * (size or 1.0) * len(self.hessian)
-        try:
-            np.linalg.cholesky(self.hessian + shift * np.eye(len(self.hessian)))
-        except np.linalg.LinAlgError:
+        shifted = self.hessian.copy()
+        size = float(shifted.diagonal().max()) or 1.0
+        shifted.reshape(-1)[:: len(shifted) + 1] += CONVEXITY_TOLERANCE * size * len(shifted)
+        if lapack.dpotrf(shifted)[1]:
             lowest = float(np.linalg.eigvalsh(self.hessian)[0])
             raise InputError(
                 "QPCC hessian must be positive semidefinite, "
                 f"its smallest eigenvalue is {lowest:.3g}"
-            ) from None
+            )
+
+
+@lru_cache(maxsize=8)
+def _check_directions(stored: bytes) -> None:
+    """Kept between steps, which share their directions."""
+    directions = np.frombuffer(stored).reshape(-1, 2)
+    following = np.roll(directions, -1, axis=0)
+    turn = directions[:, 0] * following[:, 1] - directions[:, 1] * following[:, 0]
+    unit = np.abs(np.linalg.norm(directions, axis=1) - 1.0) < 1e-9
+    if len(directions) < 3 or not np.all(unit) or np.any(turn <= 1e-9):
+        raise InputError(
+            "QPCC directions must be three or more unit vectors ordered by angle, "
+            "with less than half a turn between neighbours"
+        )
+    angles = np.arctan2(turn, np.sum(directions * following, axis=1))
+    if abs(float(np.sum(angles)) - 2.0 * np.pi) > 1e-6:
+        raise InputError("QPCC directions must go round the tangent plane exactly once")

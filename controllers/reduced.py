@@ -154,8 +154,8 @@ class ReducedProblem:
         off = np.where(at_upper, np.maximum(off, 0.0), off)
         worst = float(np.abs(off).max(initial=0.0))
         if len(node.modes):
-            own = self.table.descent(slopes)[np.arange(len(node.modes)), list(node.modes)]
-            work = np.abs(np.einsum("ki,ki->k", slopes, node.points))
+            own = self.table.rays[np.arange(len(node.modes)), node.modes] @ slopes[:, :, None]
+            work = np.abs((slopes * node.points).sum(axis=1))
             worst = max(worst, -float(own.min()), float(work.max()))
         return slopes, rest, worst
 
