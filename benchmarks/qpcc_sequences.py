@@ -13,6 +13,7 @@ import numpy as np
 from warp_softbody import scenes
 from warp_softbody.controllers import (
     COLD_OPTIONS,
+    WARM_OPTIONS,
     ContactQPCC,
     QPCCResult,
     SolverOptions,
@@ -26,7 +27,8 @@ from warp_softbody.simulation import Simulation
 STICK = 1
 
 PLAIN = SolverOptions(max_qps=40, kicks=0)
-KICKED = SolverOptions(max_qps=40, kicks=12)
+KICKED = WARM_OPTIONS
+THOROUGH = SolverOptions(max_qps=40, kicks=12)
 REFERENCE = replace(COLD_OPTIONS, max_qps=1500, kicks=300, starts=12)
 
 

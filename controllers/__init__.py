@@ -13,6 +13,7 @@ from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.controllers.qpcc import ContactQPCC, uniform_directions
 from warp_softbody.controllers.result import (
     COLD_OPTIONS,
+    WARM_OPTIONS,
     ContactMultipliers,
     GeneralMultipliers,
     GeneralResult,
@@ -30,6 +31,7 @@ __all__ = [
     "DIAGONAL_PAIRS",
     "ONE_BY_ONE",
     "QPCC",
+    "WARM_OPTIONS",
     "ActivationCost",
     "Balance",
     "BalanceGains",

@@ -6,7 +6,7 @@ import numpy as np
 
 from warp_softbody.controllers.full_form import force_map, to_general
 from warp_softbody.controllers.general_pieces import OPEN, GeneralProblem
-from warp_softbody.controllers.general_search import random_point
+from warp_softbody.controllers.general_starts import random_point
 from warp_softbody.controllers.lemke import forward_contact
 from warp_softbody.controllers.node import Node
 from warp_softbody.controllers.penalty import SCHEDULES, close_pairs

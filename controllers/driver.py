@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -13,7 +13,12 @@ from warp_softbody.controllers.controller import ActivationCost, Controller, Goa
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.controllers.pieces import LIFT, STICK
 from warp_softbody.controllers.qpcc import ContactQPCC
-from warp_softbody.controllers.result import QPCCResult, QPCCStatus, SolverOptions
+from warp_softbody.controllers.result import (
+    WARM_OPTIONS,
+    QPCCResult,
+    QPCCStatus,
+    SolverOptions,
+)
 from warp_softbody.controllers.solver import solve_qpcc, solve_static
 from warp_softbody.frame import ContactSample
 from warp_softbody.view import BodyView
@@ -24,7 +29,7 @@ Method = Literal["qpcc", "static"]
 SHORTEST = 0.5
 """Smallest activation l_d / l_0 (docs/method.md section 2)."""
 
-STEP_OPTIONS = SolverOptions(max_qps=16, kicks=2)
+STEP_OPTIONS = replace(WARM_OPTIONS, max_qps=16, kicks=2)
 """What one step in real time may spend."""
 
 CALM_OPTIONS = SolverOptions(max_qps=16, kicks=0)

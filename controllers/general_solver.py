@@ -11,6 +11,7 @@ from warp_softbody.controllers.branch import branch_and_bound
 from warp_softbody.controllers.general import QPCC, sizes
 from warp_softbody.controllers.general_pieces import LEFT, GeneralProblem, Piece, Sides
 from warp_softbody.controllers.general_search import GeneralSearch
+from warp_softbody.controllers.general_starts import begin, kick, restart
 from warp_softbody.controllers.piqp_backend import PIQPBackend
 from warp_softbody.controllers.qpcc import FloatArray
 from warp_softbody.controllers.result import (
@@ -35,12 +36,12 @@ def solve_general(
 ) -> GeneralResult:
     """Look for the best point; see ``solver.solve_qpcc``."""
     search = _search(problem, options, seed)
-    search.begin(*_start(problem, start))
+    begin(search, *_start(problem, start))
     if options.starts and problem.pair_count <= BRANCH_PAIRS and not search.settled:
         branch_and_bound(search, int(BRANCH_SHARE * options.max_qps))
     if not search.settled:
-        search.restart()
-        search.kick()
+        restart(search)
+        kick(search)
     return _finish(search)
 
 

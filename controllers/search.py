@@ -119,7 +119,7 @@ class Search:
             heapq.heappush(queue, (value, next(order), minimum, kicks))
             left -= 1
             fruitless += 1
-            node = self.visit(modes)
+            node = self.visit(modes, limit=self._within_reach(best.node))
             if node is None:
                 continue
             found = self.descend(node)
@@ -130,6 +130,11 @@ class Search:
             if found.node.value < best.node.value - self._margin(best.node):
                 best, fruitless = found, 0
         return best
+
+    def _within_reach(self, best: Node) -> float:
+        """What a kick's first QP may end at."""
+        reach = self.options.reach
+        return math.inf if reach == math.inf else best.value + reach * abs(best.value)
 
     def _margin(self, node: Node) -> float:
         """Decrease that is progress and not rounding."""

@@ -24,6 +24,7 @@ from warp_softbody.controllers.node import Node
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 from warp_softbody.controllers.result import (
     COLD_OPTIONS,
+    WARM_OPTIONS,
     GeneralResult,
     QPCCResult,
     QPCCStatus,
@@ -98,9 +99,9 @@ def solve_qpcc(
             bounds; default zero.
         touching: contact form only: (K,), which contacts to begin with as sticking; default all.
         options: all of the budget; default ``COLD_OPTIONS`` without a start, else
-            ``SolverOptions()``.
+            ``WARM_OPTIONS``.
     """
-    options = options or (COLD_OPTIONS if start is None else SolverOptions())
+    options = options or (COLD_OPTIONS if start is None else WARM_OPTIONS)
     options = replace(
         options,
         max_qps=options.max_qps if budget is None else budget,

@@ -81,6 +81,21 @@ def test_a_limit_above_the_value_changes_nothing_and_one_below_ends_early() -> N
         assert reduced.solve(modes, limit=node.value - 1e-6) is None
 
 
+def test_a_short_reach_saves_qps_and_an_endless_one_changes_nothing() -> None:
+    near = far = 0
+    for seed, start in zip(range(8), starts(1, 4, 8), strict=True):
+        problem = soft_body(seed, contacts=4, controls=12)
+        endless, long, short = (
+            solve_qpcc(problem, start=start, options=SolverOptions(reach=reach))
+            for reach in (np.inf, 1e12, 0.1)
+        )
+        assert (long.objective, long.qp_count) == (endless.objective, endless.qp_count)
+        near, far = near + short.qp_count, far + long.qp_count
+    assert near < far
+    with pytest.raises(InputError, match="reach must be positive"):
+        SolverOptions(reach=0.0)
+
+
 def test_touching_contacts_are_one_truth_value_each() -> None:
     problem = soft_body(0, contacts=2, controls=4)
     with pytest.raises(InputError, match="touching must be 2 truth values"):
