@@ -123,13 +123,22 @@ def build_muscle_layout(character: Character) -> MuscleLayout:
         point_nodes=point_nodes,
         point_weights=point_weights,
         segment_points=segments,
-        directions=span / rest[:, None] if len(rest) else span,
+        directions=_unit(span, rest),
         rest_lengths=rest,
         stiffness=(np.concatenate(strength) if strength else np.zeros(0)) / rest,
         pair_tet=tet[by_tet],
         pair_segment=segment[by_tet],
         pair_weight=weight[by_tet],
     )
+
+
+def _unit(span: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Directions (s, 3), parts that are rounding alone made zero.
+
+    Their squares would be denormal numbers in single precision, each a hundred times the work.
+    """
+    directions = span / lengths[:, None]
+    return np.where(np.abs(directions) < 1e-12, 0.0, directions)
 
 
 def join_layouts(layouts: Sequence[MuscleLayout], parts: Sequence[Part]) -> MuscleLayout:
