@@ -22,7 +22,7 @@ SUBJECT = "cholesky"
 
 @cache
 def make_cholesky(precision: str) -> SimpleNamespace:
-    """Kernels ``factorise``, ``node_turns``, ``precondition``, ``precondition_block``."""
+    """Kernels of the factorisation and of the solves, in the order of their launch."""
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
@@ -42,64 +42,93 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         return value
 
     @kernel
-    def factorise(
+    def gather_pivots(
         # model
-        count: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        matrix_slot: wp.array(dtype=int),
-        diagonal_slot: wp.array(dtype=int),
-        update_start: wp.array(dtype=int),
-        update_pairs: wp.array(dtype=wp.vec2i),
         order: wp.array(dtype=int),
+        diagonal_slot: wp.array(dtype=int),
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
         axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         # out
+        pivots: wp.array(dtype=mat33),
+    ):
+        # diagonal blocks of A: the matrix with slip stiffness on the velocities that contact leaves
+        # free, and a multiple of the identity on those it gives
+        i = wp.tid()
+        node = order[i]
+        kind = kinds[node]
+        axis = axes[node]
+        pivot = wp.identity(n=3, dtype=scalar)
+        if diagonal_slot[i] >= 0:
+            pivot = values[diagonal_slot[i]] + slip_stiffness[node]
+            given = scalar(0.3333333333333333) * wp.trace(pivot)
+            if kind == slides:
+                pivot = project_rows(kind, axis, pivot)
+                pivot = project_rows(kind, axis, wp.transpose(pivot))
+                pivot += given * wp.outer(axis, axis)
+            if kind == line:
+                size = wp.dot(axis, pivot * axis) - given
+                pivot = size * wp.outer(axis, axis) + given * wp.identity(n=3, dtype=scalar)
+            if kind == held:
+                pivot = given * wp.identity(n=3, dtype=scalar)
+        pivots[i] = pivot
+
+    @kernel
+    def gather_blocks(
+        # model
+        row: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        matrix_slot: wp.array(dtype=int),
+        order: wp.array(dtype=int),
+        # in
+        values: wp.array(dtype=mat33),
+        kinds: wp.array(dtype=int),
+        axes: wp.array(dtype=vec3),
+        # out
         upper: wp.array(dtype=mat33),
+    ):
+        # the other blocks of A, on the pattern of the factor
+        s = wp.tid()
+        entry = mat33()
+        if matrix_slot[s] >= 0:
+            node = order[row[s]]
+            other = order[column[s]]
+            entry = values[matrix_slot[s]]
+            if kinds[node] != free:
+                entry = project_rows(kinds[node], axes[node], entry)
+            if kinds[other] != free:
+                across = project_rows(kinds[other], axes[other], wp.transpose(entry))
+                entry = wp.transpose(across)
+        upper[s] = entry
+
+    @kernel
+    def factorise(
+        # model
+        count: int,
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        update_start: wp.array(dtype=int),
+        update_pairs: wp.array(dtype=wp.vec2i),
+        # in
+        pivots: wp.array(dtype=mat33),
+        # in and out
+        upper: wp.array(dtype=mat33),
+        # out
         lower: wp.array(dtype=mat33),
         pivot_inverse: wp.array(dtype=mat33),
     ):
         # row by row: U_ij = A_ij - sum_k U_ik L_jk^T, L_ij = U_ij D_j^-1, D_i = A_ii - sum_j U_ij
         # L_ij^T
-        # A is the matrix with slip stiffness on the velocities that contact leaves free, and a
-        # multiple of the identity on those it gives
         for i in range(count):
-            node = order[i]
-            kind = kinds[node]
-            axis = axes[node]
-            pivot = wp.identity(n=3, dtype=scalar)
-            if diagonal_slot[i] >= 0:
-                pivot = values[diagonal_slot[i]] + slip_stiffness[node]
-                given = scalar(0.3333333333333333) * wp.trace(pivot)
-                if kind == slides:
-                    pivot = project_rows(kind, axis, pivot)
-                    pivot = project_rows(kind, axis, wp.transpose(pivot))
-                    pivot += given * wp.outer(axis, axis)
-                if kind == line:
-                    size = wp.dot(axis, pivot * axis) - given
-                    pivot = size * wp.outer(axis, axis) + given * wp.identity(n=3, dtype=scalar)
-                if kind == held:
-                    pivot = given * wp.identity(n=3, dtype=scalar)
+            pivot = pivots[i]
             for s in range(row_start[i], row_start[i + 1]):
                 known = mat33()
                 for k in range(update_start[s], update_start[s + 1]):
                     pair = update_pairs[k]
                     known += upper[pair[0]] * wp.transpose(lower[pair[1]])
-                entry = -known
-                slot = matrix_slot[s]
-                if slot >= 0:
-                    block_entry = values[slot]
-                    other = order[column[s]]
-                    if kind != free:
-                        block_entry = project_rows(kind, axis, block_entry)
-                    if kinds[other] != free:
-                        across = wp.transpose(block_entry)
-                        across = project_rows(kinds[other], axes[other], across)
-                        block_entry = wp.transpose(across)
-                    entry = block_entry - known
+                entry = upper[s] - known
                 upper[s] = entry
                 below = entry * pivot_inverse[column[s]]
                 lower[s] = below
@@ -226,6 +255,8 @@ def make_cholesky(precision: str) -> SimpleNamespace:
             result[b, 3 * node + 2] = Q[2, 0] * z0 + Q[2, 1] * z1 + Q[2, 2] * z2
 
     return SimpleNamespace(
+        gather_pivots=gather_pivots,
+        gather_blocks=gather_blocks,
         factorise=factorise,
         keep_rotations=keep_rotations,
         node_turns=node_turns,

@@ -47,6 +47,7 @@ class BlockFactor:
         self.lower = wp.zeros(entries, dtype=types.mat33, device=device)
         self.pivot_inverse = wp.zeros(self._count, dtype=types.mat33, device=device)
         self._upper = wp.zeros(entries, dtype=types.mat33, device=device)
+        self._pivots = wp.zeros(self._count, dtype=types.mat33, device=device)
         self._work = wp.zeros(self._count, dtype=types.vec3, device=device)
 
         def integers(values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
@@ -54,6 +55,8 @@ class BlockFactor:
 
         self._order = integers(elimination.order)
         self._row_start = integers(elimination.row_start)
+        rows = np.arange(self._count, dtype=np.int32)
+        self._row = integers(np.repeat(rows, np.diff(elimination.row_start)))
         self._column = integers(elimination.column)
         self._matrix_slot = integers(elimination.matrix_slot)
         self._diagonal_slot = integers(elimination.diagonal_slot)
@@ -65,15 +68,16 @@ class BlockFactor:
 
     def factorise(self, values: Any, freedom: Freedom) -> None:
         """Launch the factorisation of a matrix on the velocities left free."""
-        structure = [self._row_start, self._column, self._matrix_slot, self._diagonal_slot]
-        updates = [self._update_start, self._update_pairs, self._order]
-        contact = [freedom.kinds, freedom.axes, freedom.slip_stiffness]
-        self._launch(
-            self._kernels.factorise,
-            1,
-            [self._count, *structure, *updates, values, *contact],
-            [self._upper, self.lower, self.pivot_inverse],
-        )
+        k, entries = self._kernels, len(self._column)
+        pivots = [self._order, self._diagonal_slot, values]
+        pivots += [freedom.kinds, freedom.axes, freedom.slip_stiffness]
+        self._launch(k.gather_pivots, self._count, pivots, [self._pivots])
+        blocks = [self._row, self._column, self._matrix_slot, self._order, values]
+        blocks += [freedom.kinds, freedom.axes]
+        self._launch(k.gather_blocks, entries, blocks, [self._upper])
+        updates = [self._row_start, self._column, self._update_start, self._update_pairs]
+        outputs = [self._upper, self.lower, self.pivot_inverse]
+        self._launch(k.factorise, 1, [self._count, *updates, self._pivots], outputs)
 
     def _solve_inputs(self, turns: Any) -> list[Any]:
         structure = [self._count, self._order, self._row_start, self._column]

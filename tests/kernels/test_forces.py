@@ -11,10 +11,11 @@ import pytest
 from tests.bodies import Rig, box, crumpled, epsilon, muscular_bar, numbers, rig, turned
 from tests.verification import reference
 from warp_softbody.character import Character
+from warp_softbody.characters import letter_x
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
-from warp_softbody.muscle_layout import SMALLEST_WEIGHT
+from warp_softbody.muscle_layout import SMALLEST_WEIGHT, build_muscle_layout
 from warp_softbody.options import TANGENTS, Precision, Tangent
 
 FloatArray = npt.NDArray[np.float64]
@@ -296,3 +297,11 @@ def test_tangents_agree_in_both_precisions_and_at_rest(tangent: Tangent) -> None
     expected = numbers(double.stepper.assembly.values)
     bound = 200 * epsilon("float32") * np.abs(expected).max()
     np.testing.assert_allclose(numbers(single.stepper.assembly.values), expected, atol=bound)
+
+
+def test_fibre_directions_hold_no_rounding() -> None:
+    """Their squares would be denormal numbers in single precision."""
+    directions = build_muscle_layout(letter_x()).directions
+    parts = np.abs(directions[directions != 0.0])
+    assert (parts**2 > np.finfo(np.float32).tiny).all()
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=1e-15)
