@@ -84,8 +84,8 @@ def print_contacts(folder: str, contacts: int) -> None:
 def print_sequences(steps: int) -> None:
     """Warm starts: without kicks, as by default, and with more patience."""
     print(
-        "gap: mean over the steps of the share of the reference's gain over static contacts that is "
-        "missed; total gap: that of the sums; reference: a long cold search, or any better run"
+        "gap: mean over the steps of the share missed of the reference's gain over static; "
+        "total gap: that of the sums; reference: a long cold search, or any better run"
     )
     titles = [("kicks", 6), ("patience", 9), ("QPs", 7), ("aim", 4), ("gap", 9), ("aim", 5)]
     titles += [("total gap", 11), ("ms", 8), ("aim", 4), ("residual", 10)]

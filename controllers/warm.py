@@ -15,9 +15,9 @@ from warp_softbody.errors import InputError
 
 BoolArray = npt.NDArray[np.bool_]
 
-WORTH = 1.0
-"""A static point this share of the value above a minimum is still descended from: measured on
-``balance-i``, that leaves a tenth of the gap that looking only at better ones leaves."""
+WORTH = 0.5
+"""Static contacts up to this share of the value above a minimum are still descended from: on
+``balance-i`` that halves the gap that descending from better ones alone leaves; 1 gains no more."""
 
 
 def static_modes(search: Search, touching: BoolArray | None) -> tuple[int, ...]:
