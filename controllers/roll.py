@@ -20,6 +20,12 @@ LET_GO = 5.0
 """Time constants of the letting go after which muscles are slack for good: less than a hundredth
 of the contraction is left."""
 
+STILL = 0.05
+"""m/s, of the centre of mass, below which a body that rolls out counts as still."""
+
+STILL_TIME = 0.5
+"""s that it has to be still: longer than it stands at the end of a swing back."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class RollGains:
@@ -30,11 +36,11 @@ class RollGains:
         position: Kp, 1/s^2, of the centre of mass.
         velocity: Kd, 1/s, of linear momentum.
         spin: m g times 1 m, wanted rate of angular momentum about the axis.
-        steadiness: 1/s, decay of angular momentum about the other axes, and about all in a stop.
+        steadiness: 1/s, decay of angular momentum about the other axes.
         top_speed: m/s, of the centre of mass, at which the wanted rate has fallen to zero.
         follow: s, time in which the plan follows a contact that moves from node to node.
         ease: s, in which lead and spin come up at the start of a leg.
-        release: s, time constant in which muscles let go before a passive leg.
+        release: s, time constant in which muscles let go at the end of a leg.
         spin_weight: of the angular momentum, in units of m g dt times 1 m.
         momentum_weight: of the linear momentum, in units of m g dt.
         activation: cost of effort and change.
@@ -56,12 +62,19 @@ class RollGains:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Leg:
-    """A stretch of time: direction +1 or -1 along x, 0 to stop, None to be passive."""
+    """Rolls one way until the body has turned, then lets go and rolls out until it is still.
 
-    seconds: float
-    direction: float | None
+    Attributes:
+        direction: +1 or -1, along x.
+        turn: rad, by which it is driven.
+        seconds: longest time in which it is driven.
+    """
+
+    direction: float
+    turn: float
+    seconds: float = 5.0
 
 
 class Roll:
@@ -78,7 +91,7 @@ class Roll:
     ) -> None:
         """Roll on the nodes of a region ``rim``, divided into ``parts``, on so many patches."""
         self._gains = gains or RollGains()
-        self._legs = legs
+        self._legs = list(legs)
         self._rim = rim
         self._count = patches
         self._parts = parts
@@ -86,14 +99,19 @@ class Roll:
         self._height: float | None = None
         self._behind: FloatArray | None = None
         self._heading = 0.0
+        self._angle = 0.0
+        self._from = 0.0
+        self._begun = 0.0
+        self._released: float | None = None
+        self._moved = 0.0
 
     def goals(self, view: BodyView) -> Goals | None:
-        """Objectives of the step from ``view`` on; None where the leg is passive."""
-        direction, since = self._leg(view.time)
-        if direction is None:
-            return self._let_go(view, since)
+        """Objectives of the step from ``view`` on; None where the body rolls out."""
+        self._advance(view)
+        if self._released is not None:
+            return self._let_go(view, view.time - self._released)
         g = self._gains
-        goal = self._goal(view, self._headed(view, direction))
+        goal = self._goal(view, self._headed(view, self._legs[0].direction))
         pull = view.mass * g.position * (goal - view.center_of_mass)
         rate = pull - g.velocity * view.linear_momentum
         return Goals(
@@ -105,13 +123,22 @@ class Roll:
             activation=g.activation,
         )
 
-    def _leg(self, time: float) -> tuple[float | None, float]:
-        """Direction of the leg, and seconds since it began."""
-        for leg in self._legs:
-            if time < leg.seconds:
-                return leg.direction, time
-            time -= leg.seconds
-        return None, time
+    def _advance(self, view: BodyView) -> None:
+        """Let go where the body has turned enough, take the next leg where it is still."""
+        turned = np.angle(np.exp(1j * (_angle(view) - self._angle)))
+        self._angle += float(turned)
+        if abs(view.linear_momentum[0]) > STILL * view.mass:
+            self._moved = view.time
+        if self._released is None:
+            leg = self._legs[0]
+            turned_enough = abs(self._angle - self._from) >= leg.turn
+            if turned_enough or view.time - self._begun >= leg.seconds:
+                self._released = self._moved = view.time
+                self._heading = 0.0
+                del self._legs[0]
+        elif self._legs and view.time - self._moved >= STILL_TIME:
+            self._released, self._behind = None, None
+            self._from, self._begun = self._angle, view.time
 
     def _let_go(self, view: BodyView, since: float) -> Goals | None:
         release = self._gains.release
@@ -150,8 +177,7 @@ class Roll:
         spin = -g.steadiness * view.angular_momentum
         speed = float(np.sign(heading) * view.linear_momentum[0] / view.mass)
         eager = float(np.clip(1.0 - speed / g.top_speed, -1.0, 1.0))
-        driven = np.sign(heading) * eager * g.spin * view.weight
-        spin[1] = abs(heading) * driven + (1.0 - abs(heading)) * spin[1]
+        spin[1] = heading * eager * g.spin * view.weight
         return np.asarray(spin)
 
     def _contact(self, view: BodyView) -> IntArray:
@@ -168,3 +194,11 @@ class Roll:
             view, count=self._count, region=self._rim, parts=self._parts, last=self._last
         )
         return self._last
+
+
+def _angle(view: BodyView) -> float:
+    """Angle in rad, clockwise about y as x and z are drawn, from the rest shape to the present."""
+    rest = view.scene.character.mesh.points
+    arms = (rest - view.masses @ rest / view.mass) * view.masses[:, None]
+    moments = arms.T @ (view.positions - view.center_of_mass)
+    return float(np.arctan2(moments[2, 0] - moments[0, 2], moments[0, 0] + moments[2, 2]))

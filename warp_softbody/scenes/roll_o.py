@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from warp_softbody.character import Character
 from warp_softbody.characters import letter_o
 from warp_softbody.controllers.controller import ActivationCost
@@ -14,7 +16,7 @@ from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS
 
 STRENGTH = 1.3e6  # Pa
-STIFFNESS_DAMPING = 0.073  # s
+STIFFNESS_DAMPING = 0.09  # s, which brings it to rest in 5 s
 
 GAINS = RollGains(
     lead=0.14,  # m
@@ -27,9 +29,12 @@ GAINS = RollGains(
     momentum_weight=0.027,  # of rows in m g dt
     activation=ActivationCost(effort=0.031, change=5.2),
 )
+"""Near the second best of 60 random draws of roll-o (benchmarks/search_gains.py, seed 1), kept
+because it rolls with friction, stiffness and strength 20 % up and down, half the time step and
+other meshes."""
 
-AWAY = (Leg(2.5, 1.0),)
-RETURN = (Leg(1.8, 1.0), Leg(1.5, 0.0), Leg(2.5, -1.0))
+AWAY = (Leg(direction=1.0, turn=np.radians(260.0)),)
+RETURN = tuple(Leg(direction=way, turn=np.radians(110.0)) for way in (1.0, -1.0))
 FRICTION = PUSH_SETTINGS[-1]
 
 
@@ -47,12 +52,12 @@ def _build(values: Values, legs: tuple[Leg, ...]) -> tuple[Scene, Roll]:
 
 
 def build(values: Values) -> tuple[Scene, Roll]:
-    """Roll along +x for 2.5 s, then limp."""
+    """Roll along +x, then limp."""
     return _build(values, AWAY)
 
 
 def build_return(values: Values) -> tuple[Scene, Roll]:
-    """Roll along +x, stop, roll back, then limp."""
+    """Roll along +x, limp until it stops, roll back, then limp."""
     return _build(values, RETURN)
 
 
@@ -61,7 +66,7 @@ ROLL_O = SceneRecipe(
     description="letter O rolls to the right, then limp",
     settings=(FRICTION,),
     build=build,
-    seconds=8.0,
+    seconds=10.0,
     time_step=1.0 / 60.0,
 )
 
@@ -70,6 +75,6 @@ ROLL_O_RETURN = SceneRecipe(
     description="letter O rolls right, stops and rolls back left",
     settings=(FRICTION,),
     build=build_return,
-    seconds=8.0,
+    seconds=14.0,
     time_step=1.0 / 60.0,
 )
