@@ -74,7 +74,7 @@ class Leg:
 
     direction: float
     turn: float
-    seconds: float = 5.0
+    seconds: float = 3.5
 
 
 class Roll:
