@@ -17,19 +17,17 @@ from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 
 GAINS = SlideGains(
-    position=45.0,  # 1/s^2
-    velocity=9.0,  # 1/s
-    tilt=100.0,  # 1/s^2
+    tilt=140.0,  # 1/s^2
     spin=20.0,  # 1/s
     learning=200.0,  # 1/s^3
-    lean=0.4,
+    lean=0.6,
     furthest=0.12,  # m
-    momentum_weight=1.0,  # of rows in m g dt
-    spin_weight=80.0,  # of rows in m g dt times 1 m
-    activation=ActivationCost(effort=0.4, change=6.0),
+    spin_weight=30.0,  # of rows in m g dt times 1 m
+    activation=ActivationCost(effort=0.4, change=12.0),
 )
-"""By hand, in some thirty runs: to both sides, with friction, strength and stiffness a fifth up or
-down. With half the weight of the spin, some of those fall after the pull."""
+"""By hand, in some sixty runs: on another mesh, with friction and stiffness 20 % up or down, half
+the step, a pull of 0.3 body weights and pushes. A plan for the momentum too chatters even at rest
+(22 % of the accelerations turn): a floor with a friction of 0.1 cannot give what it asks."""
 
 PULL_START = 0.5  # s
 PULL_GROWS = 2.5  # s
@@ -102,7 +100,7 @@ def build_delayed(values: Values) -> tuple[Scene, Slide]:
 
 PULL = Setting(
     name="pull",
-    default=0.25,
+    default=0.27,
     low=0.0,
     high=2.0,
     unit="body weights",
