@@ -27,11 +27,13 @@ class OurBeam:
         """Build the model of a beam at rest; more options as in ``SimulationOptions``."""
         fixed = np.flatnonzero(beam.fixed).astype(np.int32)
         body = Character(name="beam", mesh=beam.mesh, material=MATERIAL, fixed=fixed)
+        # the tolerance that peers are given too
+        options.setdefault("tolerance", SimulationOptions(precision=precision).solver_tolerance)
         settings = SimulationOptions(
             time_step=time_step, precision=precision, max_iterations=MOST_ITERATIONS, **options
         )
         # the system that residuals are recomputed for is the warped one of linear tets
-        self._plain = not options or set(options) == {"threads"}
+        self._plain = set(options) <= {"threads", "tolerance"}
         model = build_model(Scene(character=body, gravity=(0.0, 0.0, -GRAVITY)), settings)
         self._stepper = Stepper(model)
         self._states = [State.at_rest(model), State.at_rest(model)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -81,6 +81,8 @@ class OurBody:
         """Build the model under options and put the body where it starts."""
         self.character = setting.make()
         options = SimulationOptions(**{"time_step": setting.time_step, **overrides})
+        # what energy and spin may do is derived from a tolerance
+        options = replace(options, tolerance=options.solver_tolerance)
         scene = Scene(character=self.character, ground=setting.ground, gravity=setting.gravity)
         self.probe = Probe(self.character, setting.gravity)
         self.accuracy = Accuracy(

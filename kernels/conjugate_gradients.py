@@ -13,31 +13,18 @@ import warp as wp
 
 from warp_softbody.kernels.precision import real
 from warp_softbody.kernels.rows import make_rows
-
-SUBJECT = "conjugate_gradients"
+from warp_softbody.kernels.stopping import (
+    CURVATURE,
+    NEW_PRODUCT,
+    RESIDUAL_PRODUCT,
+    SUBJECT,
+    make_stopping,
+)
 
 FREE = 0
 SLIDES = 1
 HELD = 2
 LINE = 3
-
-RESIDUAL_PRODUCT = 0
-TARGET_SQUARE = 1
-LAST_SQUARE = 2
-STOP_SQUARE = 3
-NEW_PRODUCT = 4
-CURVATURE = 5
-SCALARS = 6
-
-ITERATIONS = 0
-CONDITION = 1
-TOTAL_ITERATIONS = 2
-UNCONVERGED = 3
-LOOSE = 7
-COUNTERS = 10
-
-LOOSE_REDUCTION = 0.03
-"""Reduction of the residual in a solve whose only purpose is to choose contact modes."""
 
 
 @cache
@@ -48,7 +35,8 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free = wp.constant(FREE)
     slides, line = wp.constant(SLIDES), wp.constant(LINE)
-    loose_square = wp.constant(wp.float64(LOOSE_REDUCTION * LOOSE_REDUCTION))
+    stopping = make_stopping(precision)
+    double_dot, total_of = stopping.double_dot, stopping.total_of
 
     @func
     def project(kind: int, axis: vec3, value: vec3):
@@ -74,82 +62,44 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         return part_of_row(row_start[i], row_start[i + 1], column, values, x)
 
     @func
-    def double_dot(a: vec3, b: vec3):
-        return (
-            wp.float64(a[0]) * wp.float64(b[0])
-            + wp.float64(a[1]) * wp.float64(b[1])
-            + wp.float64(a[2]) * wp.float64(b[2])
-        )
-
-    @func
-    def total_of(partial: wp.array(dtype=wp.float64)):
-        total = wp.float64(0.0)
-        for k in range(partial.shape[0]):
-            total += partial[k]
-        return total
-
-    @kernel
-    def set_target(
-        # model
-        relative_tolerance: wp.array(dtype=wp.float64),
-        fixed: wp.array(dtype=int),
-        # in
-        momentum: wp.array(dtype=vec3),
-        # out
-        scalars: wp.array(dtype=wp.float64),
-    ):
-        # a fixed node's right-hand side is what holds it, and is no measure of the motion
-        total = wp.float64(0.0)
-        for i in range(momentum.shape[0]):
-            if fixed[i] == 0:
-                total += double_dot(momentum[i], momentum[i])
-        tolerance = relative_tolerance[0]
-        scalars[TARGET_SQUARE] = tolerance * tolerance * total
+    def change_square(mass: scalar, start: vec3, now: vec3):
+        change = mass * (now - start)
+        return double_dot(change, change)
 
     @kernel
     def residual(
         # model
         chunk: int,
+        follows: int,
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
+        masses: wp.array(dtype=scalar),
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
         axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         right_side: wp.array(dtype=vec3),
+        start: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
         # out
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
+        change_partial: wp.array(dtype=wp.float64),
     ):
         c = wp.tid()
         total = wp.float64(0.0)
+        change = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, x.shape[0])):
             value = right_side[i] - row_product(i, row_start, column, values, x)
             value -= slip_stiffness[i] * x[i]
             value = project(kinds[i], axes[i], value)
             r[i] = value
             total += double_dot(value, value)
+            if follows != 0:
+                change += change_square(masses[i], start[i], x[i])
         partial[c] = total
-
-    @kernel
-    def begin(
-        # in
-        partial: wp.array(dtype=wp.float64),
-        # out
-        scalars: wp.array(dtype=wp.float64),
-        counters: wp.array(dtype=int),
-    ):
-        square = total_of(partial)
-        scalars[LAST_SQUARE] = square
-        scalars[RESIDUAL_PRODUCT] = wp.float64(0.0)
-        stop = scalars[TARGET_SQUARE]
-        if counters[LOOSE] != 0:
-            stop = wp.max(stop, loose_square * square)
-        scalars[STOP_SQUARE] = stop
-        counters[ITERATIONS] = 0
-        counters[CONDITION] = wp.where(square > stop, 1, 0)
+        change_partial[c] = change
 
     @kernel
     def filtered_product(
@@ -232,16 +182,21 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     def advance(
         # model
         chunk: int,
+        follows: int,
+        masses: wp.array(dtype=scalar),
         # in
         scalars: wp.array(dtype=wp.float64),
         p: wp.array(dtype=vec3),
         q: wp.array(dtype=vec3),
+        start: wp.array(dtype=vec3),
         # out
         x: wp.array(dtype=vec3),
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
+        change_partial: wp.array(dtype=wp.float64),
     ):
         c = wp.tid()
+        change = wp.float64(0.0)
         curvature = scalars[CURVATURE]
         alpha = scalar(0.0)
         if curvature > wp.float64(0.0):
@@ -252,42 +207,18 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             value = r[i] - alpha * q[i]
             r[i] = value
             total += double_dot(value, value)
+            if follows != 0:
+                change += change_square(masses[i], start[i], x[i])
         partial[c] = total
-
-    @kernel
-    def conclude(
-        # model
-        max_iterations: int,
-        # in
-        partial: wp.array(dtype=wp.float64),
-        # out
-        scalars: wp.array(dtype=wp.float64),
-        counters: wp.array(dtype=int),
-    ):
-        # written so that a residual that is not a number ends the loop
-        square = total_of(partial)
-        scalars[RESIDUAL_PRODUCT] = scalars[NEW_PRODUCT]
-        scalars[LAST_SQUARE] = square
-        counters[ITERATIONS] = counters[ITERATIONS] + 1
-        counters[TOTAL_ITERATIONS] = counters[TOTAL_ITERATIONS] + 1
-        go_on = int(0)
-        if square > scalars[STOP_SQUARE]:
-            if counters[ITERATIONS] < max_iterations:
-                go_on = 1
-            else:
-                counters[UNCONVERGED] = counters[UNCONVERGED] + 1
-        counters[CONDITION] = go_on
+        change_partial[c] = change
 
     return SimpleNamespace(
-        set_target=set_target,
         residual=residual,
-        begin=begin,
         filtered_product=filtered_product,
         add_up=add_up,
         direction=direction,
         product=product,
         advance=advance,
-        conclude=conclude,
         row_product=row_product,
         project=project,
     )

@@ -15,6 +15,7 @@ import numpy as np
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact_directions import constant_factor, directional_factor
 from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
 from warp_softbody.kernels.contact_polygon import make_polygon_law
@@ -42,7 +43,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         subject += f"_of_{directions}"
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel = types.kernel(subject)
+    kernel, func = types.kernel(subject), types.func(subject)
     vec2 = wp.types.vector(length=2, dtype=scalar)
     row_product = cg.make_conjugate_gradients(precision).row_product
     make_factor = directional_factor if directional else constant_factor
@@ -100,9 +101,18 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             kinds[i] = held
             x[i] = vec3()
 
+    @func
+    def law_s_friction(mode: int, n: vec3, friction: vec3, known: vec3):
+        # what entered the solve where the node was free to move, what held it where it was not
+        kind, axis = freedom_of(mode, n)
+        if kind == line:
+            return friction + wp.dot(axis, known - friction) * axis
+        return known - wp.dot(n, known) * n
+
     @kernel
     def update_modes(
         # model
+        follows: int,
         surface_nodes: wp.array(dtype=int),
         fixed: wp.array(dtype=int),
         row_start: wp.array(dtype=int),
@@ -148,6 +158,11 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         normal_speed = wp.dot(n, x[i])
         sliding = x[i] - normal_speed * n
         friction = impulse - normal_impulse * n
+        if follows != 0 and mode != lift and mode != stick:
+            # the solve's residual is no friction
+            known = friction_forces[i] - slip_stiffness[i] * x[i]
+            friction = law_s_friction(mode, n, friction, known)
+            impulse = normal_impulse * n + friction
         # a node comes and goes through frictionless sliding: only there does the normal impulse
         # speak for itself
         next_mode = lift
@@ -175,7 +190,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             )
             # the law cannot be kept closer than the residual that the solver leaves, or than the
             # rounding of the products with this node's velocity
-            left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
+            left = scalar(wp.sqrt(scalars[stopping.FLOOR_SQUARE]))
             left += rounding * weight * wp.length(x[i])
             last = slip_velocities[i]
             next_mode, unsettled, force, stiffness, made_at = choose(
@@ -217,9 +232,9 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         counters[TOUCHING] = touching
         counters[CHANGED] = total
         largest_violations[0] = largest
-        unconfirmed = total > 0 or counters[cg.LOOSE] != 0
+        unconfirmed = total > 0 or counters[stopping.LOOSE] != 0
         counters[AGAIN] = wp.where(unconfirmed and counters[PASSES] < max_passes, 1, 0)
-        counters[cg.LOOSE] = wp.where(total > 0 and counters[PASSES] < max_passes - 1, 1, 0)
+        counters[stopping.LOOSE] = wp.where(total > 0 and counters[PASSES] < max_passes - 1, 1, 0)
 
     return SimpleNamespace(
         impose=impose,

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact import AGAIN, EARLIER_PASSES, PASSES
 from warp_softbody.kernels.precision import real
 from warp_softbody.kernels.rows import make_rows
@@ -28,15 +28,18 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         node_corners: wp.array(dtype=int),
         step_factors: wp.array(dtype=scalar),
         has_muscles: int,
+        follows: int,
         # in
         momentum: wp.array(dtype=vec3),
         external_forces: wp.array(dtype=vec3),
         muscle_forces: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
+        increments: wp.array(dtype=vec3),
         friction_forces: wp.array(dtype=vec3),
         # out
         right: wp.array(dtype=vec3),
         right_with_slip: wp.array(dtype=vec3),
+        start: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
     ):
         i = wp.tid()
@@ -47,7 +50,11 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         known = momentum[i] + step_factors[0] * force
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
-        x[i] = velocities[i]
+        first = velocities[i]
+        if follows != 0:
+            first += increments[i]
+        start[i] = first
+        x[i] = first
 
     @kernel
     def newton_right_side(
@@ -92,7 +99,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         counters[EARLIER_PASSES] = counters[EARLIER_PASSES] + counters[PASSES]
         counters[PASSES] = 0
         counters[AGAIN] = 0
-        counters[cg.LOOSE] = 0
+        counters[stopping.LOOSE] = 0
 
     @kernel
     def advance_state(
@@ -100,12 +107,15 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         step_factors: wp.array(dtype=scalar),
         # in
         positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
         # out
         next_positions: wp.array(dtype=vec3),
         next_velocities: wp.array(dtype=vec3),
+        next_increments: wp.array(dtype=vec3),
     ):
         i = wp.tid()
+        next_increments[i] = x[i] - velocities[i]
         next_velocities[i] = x[i]
         next_positions[i] = positions[i] + step_factors[0] * x[i]
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
-from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact import AGAIN, CHANGED, PASSES, TOUCHING
 from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
 from warp_softbody.kernels.contact_smooth import make_smooth_law
@@ -159,7 +159,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             )
             # the law cannot be kept closer than the residual that the solver leaves, or than the
             # rounding of the products with this node's velocity
-            left = scalar(wp.sqrt(scalars[cg.TARGET_SQUARE]))
+            left = scalar(wp.sqrt(scalars[stopping.FLOOR_SQUARE]))
             left += rounding * weight * wp.length(x[pairs.nodes[c]])
             last = slip_velocities[c]
             next_mode, unsettled, force, block, made_at = law.choose(
@@ -216,7 +216,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         largest_violations[0] = largest
         if total > 0:
             counters[AGAIN] = wp.where(counters[PASSES] < max_passes, 1, 0)
-            counters[cg.LOOSE] = wp.where(counters[PASSES] < max_passes - 1, 1, 0)
+            counters[stopping.LOOSE] = wp.where(counters[PASSES] < max_passes - 1, 1, 0)
 
     return SimpleNamespace(
         find_impulses=find_impulses,

@@ -11,8 +11,8 @@ from warp_softbody.assembly import Assembly
 from warp_softbody.block_factor import Freedom
 from warp_softbody.friction_cone import make_friction
 from warp_softbody.ground_detection import make_detection
-from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels import contact as contact_kernels
+from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
@@ -31,6 +31,7 @@ class ContactResolution:
     Attributes:
         right: (n,) vec3, known momentum of the step, without contact.
         right_with_slip: the same with the constant part of friction.
+        start: (n,) vec3 m/s, the velocities that the step's first solve starts from.
         x: (n,) vec3 m/s, the velocities.
         preconditioner: of the solves.
     """
@@ -53,6 +54,7 @@ class ContactResolution:
         self._largest_violations = model.zeros(1, pair)
         self.preconditioner = make_preconditioner(model, assembly.values, assembly.node_rotations)
         self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
+        self.start = self._solver.start
         self._pairs: PairContact | None = None
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
@@ -78,7 +80,7 @@ class ContactResolution:
         self._solver.set_target(self.right)
         if self._detection is not None:
             self._detection.launch(state, self._normal_velocity, self._solver.normals)
-        self._launch_pass(contacts, renew)
+        self._launch_pass(contacts, renew=renew, first=True)
 
     def launch_next(self, contacts: Contacts) -> None:
         """Launch the first solve of a further Newton iteration."""
@@ -105,7 +107,7 @@ class ContactResolution:
             known = [self.right, contacts.friction_forces, self.right_with_slip]
             self._pairs.add_frictions(contacts.pairs, *known)
 
-    def _launch_pass(self, contacts: Contacts, renew: bool = False) -> None:
+    def _launch_pass(self, contacts: Contacts, *, renew: bool = False, first: bool = False) -> None:
         m, a, k = self._model, self._model.arrays, self._kernels
         if m.contact_count:
             inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
@@ -120,7 +122,8 @@ class ContactResolution:
         if self._pairs is not None and contacts.pairs is not None:
             self._pairs.impose(contacts.pairs, self.x)
             rows = PairRows(self._pairs, contacts.pairs)
-        self._solver.solve(self.right_with_slip, contacts.slip_stiffness, self.x, rows)
+        slip_stiffness = contacts.slip_stiffness
+        self._solver.solve(self.right_with_slip, slip_stiffness, self.x, rows, first=first)
 
     def _launch_update(self, contacts: Contacts) -> None:
         m, solver = self._model, self._solver
@@ -145,7 +148,8 @@ class ContactResolution:
             return
         rows = [a["row_start"], a["column"], a["diagonal_slot"]]
         law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
-        inputs = [a["surface_nodes"], a["fixed"], *rows, *law, a["contact_tolerances"]]
+        follows = int(m.options.follows_time_error)
+        inputs = [follows, a["surface_nodes"], a["fixed"], *rows, *law, a["contact_tolerances"]]
         now = [self._assembly.node_rotations, self._assembly.values, right, self.x]
         now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]
         outputs = [
@@ -160,25 +164,30 @@ class ContactResolution:
         ]
         self._launch(self._kernels.update_modes, m.contact_count, [*inputs, *now], outputs)
 
-    def read_statistics(self, *, resolved: bool, fastest: float) -> StepStatistics:
+    def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
         counters = self._solver.counters.numpy()
         passes = counters[contact_kernels.PASSES] + counters[contact_kernels.EARLIER_PASSES]
         passes = max(self._model.options.newton_iterations, int(passes))
-        iterations = int(counters[cg.TOTAL_ITERATIONS])
+        iterations = int(counters[stopping.TOTAL_ITERATIONS])
         if self._renewing:
             # no preconditioner knows of pairs, so more is left to the iteration
             self._fresh = max(FRESH_ITERATIONS, iterations / passes)
         self.preconditioner.used(iterations, fresh=int(self._fresh * passes))
-        dt = self._model.options.time_step
+        options, scalars = self._model.options, self._solver.scalars.numpy()
+        target, floor = scalars[stopping.TARGET_SQUARE], scalars[stopping.FLOOR_SQUARE]
+        eased = float(np.sqrt(target / floor)) if floor > 0.0 else 1.0
+        dt = options.time_step
         signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
         return StepStatistics(
             iterations=iterations,
             passes=passes,
             touching=int(counters[contact_kernels.TOUCHING]),
-            converged=int(counters[cg.UNCONVERGED]) == 0,
+            residual=options.solver_tolerance * eased,
+            renewed=renewed,
+            converged=int(counters[stopping.UNCONVERGED]) == 0,
             contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
-            finite=bool(np.isfinite(self._solver.scalars.numpy()[cg.LAST_SQUARE])),
+            finite=bool(np.isfinite(scalars[stopping.LAST_SQUARE])),
             resolved=resolved,
             fastest=fastest,
             signorini=signorini,

@@ -6,8 +6,9 @@ from typing import Any, Protocol
 
 import warp as wp
 
-from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels import stopping
 from warp_softbody.kernels.conjugate_gradients import make_conjugate_gradients
+from warp_softbody.kernels.stopping import make_stopping
 from warp_softbody.model import Model
 from warp_softbody.preconditioner import Preconditioner
 
@@ -38,12 +39,16 @@ class ConjugateGradients:
         self._values = values
         self._preconditioner = preconditioner
         self._kernels = make_conjugate_gradients(model.options.precision)
+        self._stopping = make_stopping(model.options.precision)
         self._vectors = {name: model.zeros(n, types.vec3) for name in "rzpq"}
         self._sums = {
-            name: model.zeros(model.chunk_count, wp.float64) for name in ("rr", "rz", "pq")
+            name: model.zeros(model.chunk_count, wp.float64)
+            for name in ("rr", "rz", "pq", "change")
         }
-        self.scalars = model.zeros(cg.SCALARS, wp.float64)
-        self.counters = model.zeros(cg.COUNTERS, wp.int32)
+        self.scalars = model.zeros(stopping.SCALARS, wp.float64)
+        self.counters = model.zeros(stopping.COUNTERS, wp.int32)
+        self._follows = int(model.options.follows_time_error)
+        self.start = model.zeros(n, types.vec3)
         self.kinds = model.zeros(n, wp.int32)
         self.normals = model.zeros(n, types.vec3)
         self.axes = model.zeros(n, types.vec3)
@@ -61,13 +66,15 @@ class ConjugateGradients:
         """Launch the stopping residual: the tolerance times |momentum| of the free nodes."""
         a = self._model.arrays
         inputs = [a["tolerance"], a["fixed"], momentum]
-        self._launch(self._kernels.set_target, inputs, [self.scalars], dim=1)
+        self._launch(self._stopping.set_target, inputs, [self.scalars], dim=1)
 
     def residual(self, right_side: Any, slip_stiffness: Any, x: Any) -> Any:
         """Launch r = S (b - (M~ + G) x); the array that it is written to."""
-        rows, surroundings = self._operator(slip_stiffness)
-        outputs = [self._vectors["r"], self._sums["rr"]]
-        self._launch(self._kernels.residual, [*rows, *surroundings, right_side, x], outputs)
+        a, s = self._model.arrays, self._sums
+        (chunk, *rows), surroundings = self._operator(slip_stiffness)
+        inputs = [chunk, self._follows, *rows, a["mass"], *surroundings, right_side, self.start, x]
+        outputs = [self._vectors["r"], s["rr"], s["change"]]
+        self._launch(self._kernels.residual, inputs, outputs)
         return self._vectors["r"]
 
     def _operator(self, slip_stiffness: Any) -> tuple[list[Any], list[Any]]:
@@ -75,18 +82,26 @@ class ConjugateGradients:
         return rows, [self._values, self.kinds, self.axes, slip_stiffness]
 
     def solve(
-        self, right_side: Any, slip_stiffness: Any, x: Any, constraints: Constraints | None = None
+        self,
+        right_side: Any,
+        slip_stiffness: Any,
+        x: Any,
+        constraints: Constraints | None = None,
+        *,
+        first: bool = False,
     ) -> None:
         """Launch the iteration from the x given, in place.
 
         Constraints narrow S to a part of the free velocities, and may add to the matrix.
+        The ``first`` solve of a step that follows its time error makes an iteration at least.
         """
         m, k, v, s = self._model, self._kernels, self._vectors, self._sums
         rows, surroundings = self._operator(slip_stiffness)
         self.residual(right_side, slip_stiffness, x)
         if constraints is not None:
             constraints.finish_residual(x, v["r"], s["rr"])
-        self._launch(k.begin, [s["rr"]], [self.scalars, self.counters], dim=1)
+        inputs = [self._follows, s["rr"], s["change"], int(first)]
+        self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 
         def iterate() -> None:
             self._preconditioner.apply(v["r"], v["z"])
@@ -95,14 +110,16 @@ class ConjugateGradients:
             if constraints is not None:
                 # r is in the narrowed space, so its product with z stays what it is
                 constraints.project(v["z"])
-            self._launch(k.add_up, [cg.NEW_PRODUCT, s["rz"]], [self.scalars], dim=1)
+            self._launch(k.add_up, [stopping.NEW_PRODUCT, s["rz"]], [self.scalars], dim=1)
             self._launch(k.direction, [m.chunk, self.scalars, v["z"]], [v["p"]])
             self._launch(k.product, [*rows, *surroundings, v["p"]], [v["q"], s["pq"]])
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
-            self._launch(k.add_up, [cg.CURVATURE, s["pq"]], [self.scalars], dim=1)
-            self._launch(k.advance, [m.chunk, self.scalars, v["p"], v["q"]], [x, v["r"], s["rr"]])
-            inputs = [m.options.max_iterations, s["rr"]]
-            self._launch(k.conclude, inputs, [self.scalars, self.counters], dim=1)
+            self._launch(k.add_up, [stopping.CURVATURE, s["pq"]], [self.scalars], dim=1)
+            inputs = [m.chunk, self._follows, m.arrays["mass"], self.scalars]
+            outputs = [x, v["r"], s["rr"], s["change"]]
+            self._launch(k.advance, [*inputs, v["p"], v["q"], self.start], outputs)
+            inputs = [m.options.max_iterations, self._follows, s["rr"], s["change"]]
+            self._launch(self._stopping.conclude, inputs, [self.scalars, self.counters], dim=1)
 
-        wp.capture_while(self.counters[cg.CONDITION : cg.CONDITION + 1], iterate)
+        wp.capture_while(self.counters[stopping.CONDITION : stopping.CONDITION + 1], iterate)

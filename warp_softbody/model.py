@@ -96,6 +96,13 @@ class Model:
         return 0 if self.scene.ground is None else len(self.body.mesh.surface_nodes)
 
     @property
+    def absent_parts(self) -> tuple[str, ...]:
+        """Which of "muscles" and "contact" the scene has none of."""
+        touchable = self.scene.ground is not None or self.scene.has_pairs
+        there = {"muscles": self.segment_count > 0, "contact": touchable}
+        return tuple(part for part, is_there in there.items() if not is_there)
+
+    @property
     def coarse_values(self) -> FloatArray:
         """The coarse level's matrix at rest, (coarse blocks, 3, 3)."""
         assert self.aggregation is not None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,7 @@ from warp_softbody.scene import Scene
 from warp_softbody.sleep import Sleep
 from warp_softbody.snapshots import Snapshots
 from warp_softbody.state import SLACK, Contacts, Control, State
-from warp_softbody.statistics import MeanSpread, RunSummary, StepLog
+from warp_softbody.statistics import MeanSpread, RunSummary, Spread, StepLog
 from warp_softbody.stepper import Stepper
 from warp_softbody.view import BodyView
 
@@ -55,7 +56,11 @@ class Simulation:
         begun = time.perf_counter()
         options = options or SimulationOptions()
         self._steps_per_frame, step = whole_steps(time_step or options.time_step, fps)
-        options = SimulationOptions(**{**vars(options), "time_step": step})
+        tolerance = options.tolerance
+        if controller is not None:
+            # what a controller decides hangs on digits
+            tolerance = options.solver_tolerance
+        options = replace(options, time_step=step, tolerance=tolerance)
         self.model = build_model(scene, options)
         self.fps = fps
         self.name = name
@@ -137,6 +142,7 @@ class Simulation:
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
         ended = time.perf_counter()
+        self._log.renewals += statistics.renewed
         self._log.unconverged += not (statistics.converged and statistics.contact_converged)
         if first:
             # the first step loads kernels and captures graphs
@@ -150,6 +156,7 @@ class Simulation:
         log.seconds["contact"].append(ended - solved)
         log.iterations.append(statistics.iterations)
         log.passes.append(statistics.passes)
+        log.residuals.append(statistics.residual)
         log.signorini = max(log.signorini, statistics.signorini)
         log.coulomb = max(log.coulomb, statistics.coulomb)
 
@@ -176,6 +183,9 @@ class Simulation:
             qps_per_step=MeanSpread.of(log.qps),
             cg_iterations=MeanSpread.of(log.iterations),
             contact_passes=MeanSpread.of(log.passes),
+            residuals=Spread.of(log.residuals),
+            renewals=log.renewals,
+            left_out=model.absent_parts + (() if self._driver else ("control",)),
             unconverged_steps=log.unconverged,
             slept_steps=self._sleep.slept,
             signorini=log.signorini,

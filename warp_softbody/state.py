@@ -15,10 +15,18 @@ SLACK = 1e6
 
 @dataclass(frozen=True)
 class State:
-    """Positions (n,) vec3 m and velocities (n,) vec3 m/s, device arrays."""
+    """Where the nodes are and how they move, device arrays.
+
+    Attributes:
+        positions: (n,) vec3 m.
+        velocities: (n,) vec3 m/s.
+        increments: (n,) vec3 m/s, what the last step added to the velocities: where the next
+            step's solve starts from, and what it takes its time error from.
+    """
 
     positions: Any
     velocities: Any
+    increments: Any
 
     @staticmethod
     def at_rest(model: Model) -> State:
@@ -29,7 +37,11 @@ class State:
         for part, start in zip(scene.parts, starts, strict=True):
             velocity[part.nodes] = start
         velocity[model.body.fixed] = 0.0
-        return State(model.array(points, model.types.vec3), model.array(velocity, model.types.vec3))
+        return State(
+            model.array(points, model.types.vec3),
+            model.array(velocity, model.types.vec3),
+            model.zeros(model.node_count, model.types.vec3),
+        )
 
 
 @dataclass(frozen=True)

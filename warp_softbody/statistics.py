@@ -58,6 +58,11 @@ class RunSummary:
             the steps of a frame.
         tets, nodes, segments, patches: sizes.
         qps_per_step, cg_iterations, contact_passes: counts per step.
+        residuals: median and 95th percentile of what the linear solves were asked for, of their
+            right-hand sides.
+        renewals: how often the preconditioner was factorised anew.
+        left_out: what the scene has none of, so that nothing is spent on it, out of "muscles",
+            "contact" and "control".
         unconverged_steps: steps in which a linear solve or the contact modes did not settle.
         slept_steps: left out because all was at rest.
         signorini, coulomb: largest violation of a contact law by a node in any step, N, as in
@@ -81,6 +86,9 @@ class RunSummary:
     qps_per_step: MeanSpread
     cg_iterations: MeanSpread
     contact_passes: MeanSpread
+    residuals: Spread
+    renewals: int
+    left_out: tuple[str, ...]
     unconverged_steps: int
     slept_steps: int
     signorini: float
@@ -119,8 +127,10 @@ class RunSummary:
             (
                 "solves",
                 f"{self.qps_per_step.mean:.1f} QPs and {self.cg_iterations.mean:.1f} "
-                "conjugate gradient iterations a step (means)",
+                "conjugate gradient iterations a step (means), to a residual of "
+                f"{self.residuals.median:.1g} (median)",
             ),
+            ("saved", self._saved(steps)),
             (
                 "contact",
                 f"{self.contact_passes.mean:.1f} passes a step (mean), off Signorini's law by at "
@@ -128,6 +138,11 @@ class RunSummary:
             ),
             *(rest if self.slept_steps else []),
         ]
+
+    def _saved(self, steps: int) -> str:
+        """What the scene has no need of."""
+        kept = f"preconditioner kept in {steps - self.slept_steps - self.renewals} of {steps} steps"
+        return ", ".join([*(f"no {part}" for part in self.left_out), kept])
 
     def __str__(self) -> str:
         """A few aligned lines."""
@@ -156,6 +171,8 @@ class StepLog:
     seconds: dict[str, list[float]] = field(default_factory=lambda: {part: [] for part in PARTS})
     iterations: list[int] = field(default_factory=list)
     passes: list[int] = field(default_factory=list)
+    residuals: list[float] = field(default_factory=list)
+    renewals: int = 0
     qps: list[int] = field(default_factory=list)
     unconverged: int = 0
     patches: int = 0

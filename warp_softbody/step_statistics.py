@@ -13,6 +13,8 @@ class StepStatistics:
         iterations: of conjugate gradients, all contact passes together.
         passes: active-set passes, 1 where no contact mode changed.
         touching: nodes in contact.
+        residual: that the last linear solve was asked for, of its right-hand side.
+        renewed: whether the preconditioner was factorised anew.
         converged: whether every linear solve reached its tolerance.
         contact_converged: whether the active set settled.
         finite: whether every velocity is a finite number.
@@ -28,6 +30,8 @@ class StepStatistics:
     iterations: int
     passes: int
     touching: int
+    residual: float
+    renewed: bool
     converged: bool
     contact_converged: bool
     finite: bool

@@ -43,6 +43,7 @@ class Stepper:
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
         self._contact = ContactResolution(model, self.assembly)
+        self._renewed = False
         self._graphs: dict[tuple[Any, ...], Any] = {}
         self._phase_graphs: dict[int, Any] = {}
         threads = model.options.threads
@@ -65,7 +66,7 @@ class Stepper:
 
     def solve(self, state: State, control: Control, contacts: Contacts) -> None:
         """The step's velocities with the contact modes as they were."""
-        renew = self._contact.preconditioner.stale
+        renew = self._renewed = self._contact.preconditioner.stale
         self._contact.find_pairs(state, contacts)
         key = ("solve with a new factor" if renew else "solve", state, control, contacts)
         self._replay(key, lambda: self._launch_solve(state, control, contacts, renew))
@@ -91,7 +92,7 @@ class Stepper:
             self.assemble(state)
             self.solve(state, control, contacts)
             return self.resolve_contact(state, control, contacts, after)
-        renew = self._contact.preconditioner.stale
+        renew = self._renewed = self._contact.preconditioner.stale
         self._contact.find_pairs(state, contacts)
 
         def launch() -> None:
@@ -148,9 +149,11 @@ class Stepper:
             control.external_forces,
             self._muscle_forces,
             state.velocities,
+            state.increments,
         ]
-        inputs = [*nodes, int(self._muscles is not None), *forces, contacts.friction_forces]
-        outputs = [contact.right, contact.right_with_slip, contact.x]
+        flags = [int(self._muscles is not None), int(m.options.follows_time_error)]
+        inputs = [*nodes, *flags, *forces, contacts.friction_forces]
+        outputs = [contact.right, contact.right_with_slip, contact.start, contact.x]
         self._launch(k.right_side, m.node_count, inputs, outputs)
         contact.launch_first(state, contacts, renew)
 
@@ -158,15 +161,16 @@ class Stepper:
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> None:
         m, k = self.model, self._ends
-        ends = [after.positions, after.velocities]
-        inputs = [m.arrays["step_factors"], state.positions, self._contact.x]
+        ends = [after.positions, after.velocities, after.increments]
+        before = [state.positions, state.velocities]
+        inputs = [m.arrays["step_factors"], *before, self._contact.x]
         self._contact.launch_modes(contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
             self._launch_again(state, control, contacts, after)
             self._contact.launch_modes(contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
-        self._launch(k.find_extremes, 1, ends, [self._extremes])
+        self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
 
     def _launch_again(
         self, state: State, control: Control, contacts: Contacts, after: State
@@ -186,4 +190,7 @@ class Stepper:
 
     def _read_statistics(self) -> StepStatistics:
         reach, speed = self._extremes.numpy().tolist()
-        return self._contact.read_statistics(resolved=reach < self._most_reach, fastest=speed)
+        resolved = reach < self._most_reach
+        return self._contact.read_statistics(
+            renewed=self._renewed, resolved=resolved, fastest=speed
+        )

@@ -1,0 +1,158 @@
+"""When conjugate gradients stop: at a tolerance, or with the error of the time step.
+
+A step that follows its time error starts its solve from the velocities extrapolated from the last
+two. They are off by (v+ - v) - (v - v-), twice the error that the implicit Euler step makes in v+.
+As M~ >= M, the residual bounds the momentum that an unfinished solve is off by; it may be
+``TIME_ERROR_SHARE`` of the step's own error, and need not be less than the tolerance allows.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels.precision import real
+
+SUBJECT = "conjugate_gradients"
+
+RESIDUAL_PRODUCT = 0
+TARGET_SQUARE = 1
+LAST_SQUARE = 2
+STOP_SQUARE = 3
+NEW_PRODUCT = 4
+CURVATURE = 5
+FLOOR_SQUARE = 6
+SCALARS = 7
+
+ITERATIONS = 0
+CONDITION = 1
+TOTAL_ITERATIONS = 2
+UNCONVERGED = 3
+LOOSE = 7
+COUNTERS = 10
+
+LOOSE_REDUCTION = 0.03
+"""Reduction of the residual in a solve whose only purpose is to choose contact modes."""
+
+TIME_ERROR_SHARE = 0.05
+"""Of the error that the step itself makes, what the solve may add where it follows that error."""
+
+
+@cache
+def make_stopping(precision: str) -> SimpleNamespace:
+    """Kernels that set, follow and check the residual at which the iteration stops."""
+    types = real(precision)
+    vec3 = types.vec3
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    loose_square = wp.constant(wp.float64(LOOSE_REDUCTION * LOOSE_REDUCTION))
+    share_square = wp.constant(wp.float64((0.5 * TIME_ERROR_SHARE) ** 2))
+
+    @func
+    def double_dot(a: vec3, b: vec3):
+        return (
+            wp.float64(a[0]) * wp.float64(b[0])
+            + wp.float64(a[1]) * wp.float64(b[1])
+            + wp.float64(a[2]) * wp.float64(b[2])
+        )
+
+    @func
+    def total_of(partial: wp.array(dtype=wp.float64)):
+        total = wp.float64(0.0)
+        for k in range(partial.shape[0]):
+            total += partial[k]
+        return total
+
+    @kernel
+    def set_target(
+        # model
+        relative_tolerance: wp.array(dtype=wp.float64),
+        fixed: wp.array(dtype=int),
+        # in
+        momentum: wp.array(dtype=vec3),
+        # out
+        scalars: wp.array(dtype=wp.float64),
+    ):
+        # a fixed node's right-hand side is what holds it, and is no measure of the motion
+        total = wp.float64(0.0)
+        for i in range(momentum.shape[0]):
+            if fixed[i] == 0:
+                total += double_dot(momentum[i], momentum[i])
+        tolerance = relative_tolerance[0]
+        square = tolerance * tolerance * total
+        scalars[FLOOR_SQUARE] = square
+        scalars[TARGET_SQUARE] = square
+
+    @func
+    def follow_time_error(
+        change_partial: wp.array(dtype=wp.float64), scalars: wp.array(dtype=wp.float64)
+    ):
+        # the start is off by (v+ - v) - (v - v-), twice what the step is off by; as M~ >= M, the
+        # residual bounds the momentum that the solve is off by
+        square = share_square * total_of(change_partial)
+        scalars[TARGET_SQUARE] = wp.max(scalars[FLOOR_SQUARE], square)
+
+    @kernel
+    def begin(
+        # model
+        follows: int,
+        # in
+        partial: wp.array(dtype=wp.float64),
+        change_partial: wp.array(dtype=wp.float64),
+        first: int,
+        # out
+        scalars: wp.array(dtype=wp.float64),
+        counters: wp.array(dtype=int),
+    ):
+        square = total_of(partial)
+        scalars[LAST_SQUARE] = square
+        scalars[RESIDUAL_PRODUCT] = wp.float64(0.0)
+        if follows != 0:
+            follow_time_error(change_partial, scalars)
+        stop = scalars[TARGET_SQUARE]
+        if counters[LOOSE] != 0:
+            stop = wp.max(stop, loose_square * square)
+        scalars[STOP_SQUARE] = stop
+        counters[ITERATIONS] = 0
+        # an extrapolation that is good enough by itself would carry its error on from step to step
+        least = stop
+        if follows != 0 and first != 0:
+            least = wp.float64(0.0)
+        counters[CONDITION] = wp.where(square > least, 1, 0)
+
+    @kernel
+    def conclude(
+        # model
+        max_iterations: int,
+        follows: int,
+        # in
+        partial: wp.array(dtype=wp.float64),
+        change_partial: wp.array(dtype=wp.float64),
+        # out
+        scalars: wp.array(dtype=wp.float64),
+        counters: wp.array(dtype=int),
+    ):
+        # written so that a residual that is not a number ends the loop
+        square = total_of(partial)
+        scalars[RESIDUAL_PRODUCT] = scalars[NEW_PRODUCT]
+        scalars[LAST_SQUARE] = square
+        counters[ITERATIONS] = counters[ITERATIONS] + 1
+        counters[TOTAL_ITERATIONS] = counters[TOTAL_ITERATIONS] + 1
+        if follows != 0:
+            follow_time_error(change_partial, scalars)
+            loose = wp.where(counters[LOOSE] != 0, scalars[STOP_SQUARE], wp.float64(0.0))
+            scalars[STOP_SQUARE] = wp.max(scalars[TARGET_SQUARE], loose)
+        go_on = int(0)
+        if square > scalars[STOP_SQUARE]:
+            if counters[ITERATIONS] < max_iterations:
+                go_on = 1
+            else:
+                counters[UNCONVERGED] = counters[UNCONVERGED] + 1
+        counters[CONDITION] = go_on
+
+    return SimpleNamespace(
+        double_dot=double_dot,
+        total_of=total_of,
+        set_target=set_target,
+        begin=begin,
+        conclude=conclude,
+    )
