@@ -21,7 +21,7 @@ PASSIVE: Mapping[str, tuple[Any, ...]] = {
     "elements": ("smoothed",),
     "tangent": ("conserving", "exact"),
     "precision": ("float64",),
-    "tolerance": (1e-2, 1e-3, 1e-4),
+    "tolerance": (1e-2, 1e-3, 1e-4, 1e-5),
     "newton_iterations": (2,),
     "threads": (2,),
 }
