@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,9 @@ class BalanceGains:
         base_rate: 1/(m s), wanted relative growth of the base per metre of the capture point's
             offset.
         activation: cost of effort and change.
+        relax: by how much more than one effort costs a body that stands well, as a factor, so that
+            its own damping brings it to rest.
+        relax_within: m, offset of the capture point from which on effort costs as usual.
     """
 
     position: float = 45.0
@@ -41,6 +44,8 @@ class BalanceGains:
     activation: ActivationCost = field(
         default_factory=lambda: ActivationCost(effort=0.015, change=0.35)
     )
+    relax: float = 0.0
+    relax_within: float = 0.1
 
 
 class Balance:
@@ -79,8 +84,13 @@ class Balance:
         return Goals(
             objectives=tuple(wanted),
             patches=ground_patches(view, self._patches),
-            activation=g.activation,
+            activation=self._relaxed(offset),
         )
+
+    def _relaxed(self, offset: float) -> ActivationCost:
+        g = self._gains
+        share = max(0.0, 1.0 - offset / g.relax_within)
+        return replace(g.activation, effort=g.activation.effort * (1.0 + g.relax * share))
 
     def _capture_offset(self, view: BodyView, base: np.ndarray[tuple[int, ...], Any]) -> float:
         """Horizontal distance (m) of the capture point c + v sqrt(h / g) from the base's middle."""

@@ -14,7 +14,7 @@ from warp_softbody.scene import Scene
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 
-STRENGTH = 1.55e6
+STRENGTH = 1.75e6
 """Pa: muscles can only pull, so a jump is what a crouched body does when it lets go, and its height
 is set by how far the muscles can crouch it."""
 
@@ -30,30 +30,32 @@ LANDING = BalanceGains(
     spin_weight=1.5,  # of rows in m g dt times 1 m
     base_weight=0.0,  # widening and momentum at such weights end in a sway that does not stop
     activation=ActivationCost(effort=0.015, change=3.5),
+    relax=20.0,
+    relax_within=0.1,  # m
 )
 
 FORWARD = JumpGains(
-    depth=0.22,  # m
+    depth=0.215,  # m
     lean=(0.14, 0.0),  # m
-    pitch=0.8,  # rad
-    crouch_time=0.66,  # s
-    launch=(2.8, 0.0, 3.1),  # m/s, more than it reaches
-    push=23.0,  # 1/s
+    pitch=1.0,  # rad
+    crouch_time=0.63,  # s
+    launch=(2.5, 0.0, 3.1),  # m/s, more than it reaches
+    push=22.5,  # 1/s
     rise=0.01,  # s
     position=120.0,  # 1/s^2
     velocity=16.0,  # 1/s
-    spin=4.8,  # 1/s
-    momentum_weight=0.03,  # of rows in m g dt
+    spin=4.9,  # 1/s
+    momentum_weight=0.033,  # of rows in m g dt
     spin_weight=0.5,  # of rows in m g dt times 1 m
     reach=(0.074, 0.0, -0.52),  # m
     reach_weight=0.54,  # s^2/m^2
-    activation=ActivationCost(effort=0.022, change=0.74),
+    activation=ActivationCost(effort=0.022, change=0.7),
     landing=LANDING,
     ease=2.2,
 )
 
 IN_PLACE = JumpGains(
-    depth=0.34,  # m
+    depth=0.31,  # m
     crouch_time=0.64,  # s
     launch=(0.0, 0.0, 2.9),  # m/s
     push=28.0,  # 1/s
