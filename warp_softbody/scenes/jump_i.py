@@ -18,7 +18,7 @@ STRENGTH = 1.75e6
 """Pa: muscles can only pull, so a jump is what a crouched body does when it lets go, and its height
 is set by how far the muscles can crouch it."""
 
-STRENGTH_IN_PLACE = 1.3e6  # Pa, for which a crouch changes the volume by 4 %
+STRENGTH_IN_PLACE = 1.15e6  # Pa, for which a crouch changes the volume by 3.5 %
 POISSON_RATIO = 0.476
 STIFFNESS_DAMPING = 0.035  # s, of a body that springs
 
@@ -30,13 +30,13 @@ LANDING = BalanceGains(
     spin_weight=1.5,  # of rows in m g dt times 1 m
     base_weight=0.0,  # widening and momentum at such weights end in a sway that does not stop
     activation=ActivationCost(effort=0.015, change=3.5),
-    relax=20.0,
-    relax_within=0.1,  # m
+    relax=40.0,
+    relax_within=0.15,  # m
 )
 
 FORWARD = JumpGains(
     depth=0.215,  # m
-    lean=(0.14, 0.0),  # m
+    lean=(0.15, 0.0),  # m
     pitch=1.0,  # rad
     crouch_time=0.63,  # s
     launch=(2.5, 0.0, 3.1),  # m/s, more than it reaches
@@ -53,9 +53,11 @@ FORWARD = JumpGains(
     landing=LANDING,
     ease=2.2,
 )
+"""Searched for the least of what is missing over six variants: other meshes, half the step, and
+friction, stiffness and strength 20 % off. A body bent forward as it crouches is flung forward."""
 
 IN_PLACE = JumpGains(
-    depth=0.31,  # m
+    depth=0.25,  # m
     crouch_time=0.64,  # s
     launch=(0.0, 0.0, 2.9),  # m/s
     push=28.0,  # 1/s
@@ -65,10 +67,11 @@ IN_PLACE = JumpGains(
     spin_weight=2.2,  # of rows in m g dt times 1 m
     reach=(0.0, 0.0, -0.53),  # m
     reach_weight=0.48,  # s^2/m^2
-    activation=ActivationCost(effort=0.025, change=2.7),
+    activation=ActivationCost(effort=0.025, change=4.0),
     landing=replace(LANDING, position=28.0, velocity=7.7, crouch=0.47),
     ease=2.0,
 )
+"""By hand from a draw for the jump forward; shallow, so that no variant changes the volume by 5 %."""
 
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
