@@ -152,6 +152,30 @@ def test_tune_says_what_it_left_out_and_what_cannot_be_held(
     assert code == 2 and "the least bound that can be held is" in err
 
 
+def test_settings_of_the_scene_are_tried_and_found_again(
+    runs: list[Inline], journal: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Soft, by a few runs of it; the plain scene's settings are for another one."""
+    soft = ("--set", "young_modulus=5e5")
+    tune = ("tune", "cantilever", "--journal", journal, "--error", "40%")
+    code, out, err = answer(capsys, *tune, *soft, "--json")
+    tuned: dict[str, Any] = json.loads(out)
+    assert (code, err, tuned["given"]) == (0, "", {"young_modulus": 5e5})
+    assert tuned["error"] + tuned["uncertainty"] <= 0.9 * 0.4
+    run = ("run", "cantilever", "--error", "40%", "--seconds", 0.1, "--json")
+    code, out, _ = answer(capsys, *run, *soft)
+    ran: dict[str, Any] = json.loads(out)
+    assert (code, ran["tuned"]["settings"]) == (0, tuned["settings"])
+    code, _, err = answer(capsys, *run)
+    assert code == 2 and "no stored settings" in err
+    answer(capsys, *tune)
+    stiff = ("--set", "young_modulus=2e6")
+    code, _, err = answer(capsys, *run[:-1], *stiff)
+    assert code == 0 and "--set young_modulus=2e+06` tries these settings" in err
+    code, _, err = answer(capsys, *tune, "--set", "cells=2")
+    assert code == 2 and "cells is what tune chooses" in err
+
+
 def test_shipped_settings_are_found_and_own_ones_come_first(
     runs: list[Inline], journal: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
+from warp_softbody.accuracy.table import case_of
 from warp_softbody.accuracy.tuning import Tuned
 from warp_softbody.errors import InputError, OutputError
 
@@ -27,8 +29,8 @@ def save(tuned: Tuned, path: Path) -> None:
     Raises:
         OutputError: the file cannot be written.
     """
-    kept = [t for t in load(path) if (t.scene, t.bound) != (tuned.scene, tuned.bound)]
-    every = sorted([*kept, tuned], key=lambda one: (one.scene, one.bound))
+    kept = [one for one in load(path) if _key(one) != _key(tuned)]
+    every = sorted([*kept, tuned], key=_key)
     text = json.dumps([one.to_dict() for one in every], indent=1) + "\n"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -53,15 +55,25 @@ def load(path: Path) -> list[Tuned]:
         raise InputError(f"{str(path)!r} does not hold tuned settings: {error}") from error
 
 
-def find(scene: str, bound: float) -> Tuned:
+def _key(tuned: Tuned) -> tuple[str, list[tuple[str, float]], float]:
+    return tuned.scene, sorted(tuned.given.items()), tuned.bound
+
+
+def find(scene: str, bound: float, given: Mapping[str, float] | None = None) -> Tuned:
     """The cheapest stored settings of a scene whose bound is the one asked for or a tighter one.
 
-    The user's own come before the shipped ones for the same bound.
+    Those tuned with the same settings of the scene, ``given``, come first, then those of its chart;
+    the user's own come before the shipped ones for the same bound.
 
     Raises:
         InputError: there are none.
     """
-    every = {t.bound: t for path in (SHIPPED, own_file()) for t in load(path) if t.scene == scene}
+    own = dict(case_of(scene).given)
+    stored = [t for path in (SHIPPED, own_file()) for t in load(path) if t.scene == scene]
+    same = [t for t in stored if dict(t.given) == {**own, **(given or {})}]
+    exact = any(t.bound <= bound * (1.0 + 1e-9) for t in same)
+    chosen = same if exact else [t for t in stored if dict(t.given) == own]
+    every = {t.bound: t for t in chosen}
     fit = [tuned for tuned in every.values() if tuned.bound <= bound * (1.0 + 1e-9)]
     if not fit:
         known = ", ".join(f"{100.0 * kept:g}%" for kept in sorted(every)) or "none"

@@ -4,9 +4,21 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from warp_softbody.cli.arguments import key_value, unique
 from warp_softbody.cli.chart_command import FOLDER, add_sweep_options, charted, sweep_workers
+from warp_softbody.errors import InputError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from warp_softbody.accuracy.running import Outcome
+    from warp_softbody.accuracy.settings import Settings
+    from warp_softbody.accuracy.table import Case
+    from warp_softbody.accuracy.tuning import Tuned
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -23,6 +35,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument(
         "--out", metavar="F.json", type=Path, help="file to add them to (the user's own)"
+    )
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        type=key_value,
+        action="append",
+        default=[],
+        help="a setting of the scene, which is then tried instead of charted; may be repeated",
     )
     add_sweep_options(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -51,14 +71,15 @@ def run(args: argparse.Namespace) -> int:
     """
     from warp_softbody.accuracy.store import own_file, save
     from warp_softbody.accuracy.table import case_of
-    from warp_softbody.accuracy.tuning import MARGIN, Tuned, choose
+    from warp_softbody.accuracy.trials import TRIAL_MARGIN
+    from warp_softbody.accuracy.tuning import MARGIN, choose
 
     def told(tuned: Tuned, path: Path) -> list[str]:
         default = case_of(tuned.scene).default
         return [
             f"{tuned.scene}: {tuned.settings.differences(default)}",
             f"  error       {100.0 * tuned.error:.2g} %, and {100.0 * tuned.uncertainty:.2g} % "
-            f"that the reference is not sure of: within {100.0 * MARGIN:g} % of the bound of "
+            f"that the reference is not sure of: within {100.0 * margin:g} % of the bound of "
             f"{100.0 * tuned.bound:g} %",
             f"  cost        {tuned.cost:.4g} ms of CPU time per simulated second; as shipped "
             f"{tuned.default_cost:.4g} ms at an error of {100.0 * tuned.default_error:.2g} %",
@@ -67,9 +88,13 @@ def run(args: argparse.Namespace) -> int:
         ]
 
     case = case_of(args.scene)
+    journal = args.journal or FOLDER / "journal"
+    margin = TRIAL_MARGIN if args.set else MARGIN
     with sweep_workers(args) as executor:
-        chart = charted(case, args, executor, args.journal or FOLDER / "journal")
-    tuned = choose(chart, args.error)
+        if args.set:
+            tuned = _tried(with_settings(case, args.set), args, executor, journal)
+        else:
+            tuned = choose(charted(case, args, executor, journal), args.error)
     path = args.out or own_file()
     save(tuned, path)
     if args.json:
@@ -77,3 +102,30 @@ def run(args: argparse.Namespace) -> int:
     else:
         print("\n".join(told(tuned, path)))
     return 0
+
+
+def with_settings(case: Case, pairs: list[tuple[str, str]]) -> Case:
+    """The case with settings of its scene; `cells` is a knob, and is refused."""
+    from warp_softbody import scenes
+
+    values = unique(pairs, "--set")
+    if "cells" in values:
+        raise InputError("cells is what tune chooses, and cannot be set")
+    plan = scenes.make(case.scene, {**case.given, **values})
+    return replace(case, given={**case.given, **{key: plan.settings[key] for key in values}})
+
+
+def _tried(case: Case, args: argparse.Namespace, executor: Executor, journal: Path) -> Tuned:
+    from warp_softbody.accuracy.design import job
+    from warp_softbody.accuracy.journal import Journal
+    from warp_softbody.accuracy.sweep import sweep
+    from warp_softbody.accuracy.trials import tuned_by_trials
+
+    wanted = case.quickly() if args.quick else case
+    kept = Journal(journal, case.scene)
+
+    def run(settings: Settings) -> Outcome:
+        made = job(wanted, settings)
+        return sweep([made], kept, executor)[made.key]
+
+    return tuned_by_trials(wanted, run, args.error)

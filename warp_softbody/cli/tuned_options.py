@@ -11,6 +11,10 @@ from typing import TYPE_CHECKING, Any
 from warp_softbody.cli.arguments import unique
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from warp_softbody.accuracy.settings import Settings
+    from warp_softbody.accuracy.tuning import Tuned
     from warp_softbody.scenes import ScenePlan
 
 OPTIONS = {
@@ -56,11 +60,14 @@ def _take(args: argparse.Namespace) -> None:
     args.tuned = None
     if args.error is None:
         return
+    from warp_softbody import scenes
     from warp_softbody.accuracy.store import find
     from warp_softbody.accuracy.table import case_of
 
-    tuned = find(args.scene, args.error)
     case = case_of(args.scene)
+    values = scenes.make(args.scene, unique(args.set, "--set")).settings
+    given = {key: values[key] for key, _ in args.set if key != "cells"}
+    tuned = find(args.scene, args.error, given)
     knobs: dict[str, Any] = tuned.settings.to_dict()
     knobs["controller"] = knobs["method"] if case.controlled else None
     for name, plain in {**OPTIONS, **OTHERS}.items():
@@ -70,9 +77,20 @@ def _take(args: argparse.Namespace) -> None:
         args.set = [*args.set, ("cells", str(knobs["cells"]))]
     args.tuned = {"bound": tuned.bound, "error": tuned.error, "settings": tuned.settings.to_dict()}
     if not (args.quiet or args.json):
-        given = "".join(f", {key}={value:g}" for key, value in tuned.given.items())
-        print(
-            f"tuned for an error of {100.0 * tuned.bound:g} % in {tuned.seconds:g} s{given}: "
-            f"{tuned.settings.differences(case.default)}",
-            file=sys.stderr,
+        print(_reminder(tuned, case.default, given), file=sys.stderr)
+
+
+def _reminder(tuned: Tuned, default: Settings, given: Mapping[str, float]) -> str:
+    """What was tuned, and how to tune what is run where that is something else."""
+    made_with = "".join(f", {key}={value:g}" for key, value in tuned.given.items())
+    text = (
+        f"tuned for an error of {100.0 * tuned.bound:g} % in {tuned.seconds:g} s{made_with}: "
+        f"{tuned.settings.differences(default)}"
+    )
+    if any(tuned.given.get(key) != value for key, value in given.items()):
+        sets = "".join(f" --set {key}={value:g}" for key, value in given.items())
+        text += (
+            f"; `warp-softbody tune {tuned.scene} --error {100.0 * tuned.bound:g}%{sets}` tries "
+            "these settings of the scene"
         )
+    return text
