@@ -71,7 +71,7 @@ IN_PLACE = JumpGains(
     landing=replace(LANDING, position=28.0, velocity=7.7, crouch=0.47),
     ease=2.0,
 )
-"""By hand from a draw for the jump forward; shallow, so that no variant changes the volume by 5 %."""
+"""By hand from a draw for the jump forward; shallow: no variant changes the volume by 5 %."""
 
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
