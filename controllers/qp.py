@@ -26,6 +26,9 @@ ACCEPTED_RESIDUAL = 1e-6
 POLISHED_RESIDUAL = 1e-9
 """A polished point that misses a row by more has guessed its active set wrongly."""
 
+EXACT = 1e-10
+"""Residuals that polishing would not improve: what an active set method leaves, mostly."""
+
 FAR = 1e300
 """Stands for an infinite distance where the product with a zero multiplier must stay zero."""
 
@@ -146,7 +149,8 @@ def polish(problem: QPProblem, solution: QPSolution) -> QPSolution:
     off by a thousandth of its range; one linear solve with the active rows as equations is not.
     Problems with equations (redundant contacts) are left alone: that system may be singular.
     """
-    if problem.b.size:
+    before = max(solution.dual_residual, solution.primal_residual)
+    if problem.b.size or before <= EXACT:
         return solution
     known = solution.multipliers
     at_lower = solution.x - problem.lower < known.lower

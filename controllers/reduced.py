@@ -36,8 +36,8 @@ AT_BOUND = 1e-9
 """Scaled distance within which a control is at its bound."""
 
 
-EXACT = 1e-10
-"""Stationarity that polishing would not improve: what an active set method leaves."""
+CONSISTENT = 1e-8
+"""Scaled residual of rows above which redundant contacts have no common point."""
 
 
 class ReducedProblem:
@@ -125,7 +125,7 @@ class ReducedProblem:
         )
         self.qp_count += 1
         solution = self.backend.solve(program)
-        if solution.status is not QPStatus.SOLVED:
+        if solution.status is not QPStatus.SOLVED or solution.primal_residual > CONSISTENT:
             return None
         return self._reduced_node(modes, Origin(pieces, elimination, program, solution))
 
@@ -161,7 +161,7 @@ class ReducedProblem:
 
     def polish(self, node: Node) -> Node:
         """The node with its controls to rounding, where its active set is clear."""
-        if node.origin is None or node.stationarity <= EXACT:
+        if node.origin is None:
             return node
         solution = polish(node.origin.program, node.origin.solution)
         if solution is node.origin.solution:
@@ -217,7 +217,7 @@ class ReducedProblem:
                 upper=np.concatenate([self.upper, free]),
             )
         )
-        if solution.status is not QPStatus.SOLVED:
+        if solution.status is not QPStatus.SOLVED or solution.primal_residual > CONSISTENT:
             return None
         controls, force = solution.x[:nu], pieces.basis.T @ solution.x[nu:]
         points = self.points_at(controls, force)
