@@ -46,11 +46,11 @@ PUSH_SECONDS = PUSH_SETTINGS[1]
 
 
 def walking_letter() -> Character:
-    """Letter X of a stiffer material, with stronger muscles."""
+    """Letter X of a stiffer material whose volume hardly changes, with stronger muscles."""
     letter = letter_x()
     return replace(
         letter,
-        material=replace(letter.material, young_modulus=STIFFNESS),
+        material=replace(letter.material, young_modulus=STIFFNESS, volume="exact"),
         muscles=tuple(replace(group, strength=STRENGTH) for group in letter.muscles),
     )
 
