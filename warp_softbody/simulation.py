@@ -236,7 +236,8 @@ class Simulation:
         if not any(shares) and not self._pushed:
             return False
         forces = np.zeros((self.model.node_count, 3))
-        for push, share in zip(scene.pushes, shares, strict=True):
+        acting = [(p, share) for p, share in zip(scene.pushes, shares, strict=True) if share > 0.0]
+        for push, share in acting:
             nodes = scene.whole.region(push.region)
             masses = self.model.masses[nodes]
             forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
