@@ -67,7 +67,7 @@ IN_PLACE = JumpGains(
     spin_weight=2.2,  # of rows in m g dt times 1 m
     reach=(0.0, 0.0, -0.53),  # m
     reach_weight=0.48,  # s^2/m^2
-    activation=ActivationCost(effort=0.025, change=4.0),
+    activation=ActivationCost(effort=0.025, change=6.0),
     landing=replace(LANDING, position=28.0, velocity=7.7, crouch=0.47),
     ease=2.0,
 )
