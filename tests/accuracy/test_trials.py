@@ -11,7 +11,7 @@ from warp_softbody.accuracy.motion import Ruler
 from warp_softbody.accuracy.running import Outcome
 from warp_softbody.accuracy.settings import Settings
 from warp_softbody.accuracy.table import CASES
-from warp_softbody.accuracy.trials import TRIAL_MARGIN, Trials, tuned_by_trials
+from warp_softbody.accuracy.trials import Trials, tuned_by_trials
 from warp_softbody.errors import InputError, SoftBodyError
 
 RULER = Ruler(size=1.0, by_functionals=False)
@@ -25,11 +25,10 @@ def true_error(settings: Settings) -> float:
 
 @pytest.mark.parametrize("bound", [0.0012, 0.002, 0.005, 0.01])
 def test_the_cheapest_that_holds(bound: float) -> None:
-    """No point of the grid that holds with the margin, doubt included, is cheaper."""
+    """No point of the grid that holds, doubt included, is cheaper."""
     case = synthetic.CASE
     trial = Trials(case, synthetic.outcome, RULER).settle(bound)
-    limit = TRIAL_MARGIN * bound
-    assert trial.error + trial.doubt <= limit
+    assert trial.error + trial.doubt <= bound
     # paths are kept in single precision; the doubt is an upper bound of what the reference errs by
     assert abs(trial.error - true_error(trial.settings)) <= trial.doubt + 1e-7
     points = [
@@ -39,7 +38,7 @@ def test_the_cheapest_that_holds(bound: float) -> None:
         for elements in ("linear", "smoothed")
     ]
     cheaper = [one for one in points if synthetic.outcome(one).cost < trial.cost]
-    assert all(true_error(one) + 2.0 * trial.doubt > limit for one in cheaper)
+    assert all(true_error(one) + 2.0 * trial.doubt > bound for one in cheaper)
 
 
 def test_a_bound_that_nothing_holds_is_refused() -> None:

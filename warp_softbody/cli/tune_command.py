@@ -71,7 +71,6 @@ def run(args: argparse.Namespace) -> int:
     """
     from warp_softbody.accuracy.store import own_file, save
     from warp_softbody.accuracy.table import case_of
-    from warp_softbody.accuracy.trials import TRIAL_MARGIN
     from warp_softbody.accuracy.tuning import MARGIN, choose
 
     def told(tuned: Tuned, path: Path) -> list[str]:
@@ -89,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 
     case = case_of(args.scene)
     journal = args.journal or FOLDER / "journal"
-    margin = TRIAL_MARGIN if args.set else MARGIN
+    margin = 1.0 if args.set else MARGIN
     with sweep_workers(args) as executor:
         if args.set:
             tuned = _tried(with_settings(case, args.set), args, executor, journal)
