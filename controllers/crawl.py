@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals
 from warp_softbody.controllers.objectives import Objective
-from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
@@ -47,6 +47,8 @@ class CrawlGains:
         corner_weight: of the corners' velocities along the ground, s^2/m^2.
         ground_weight: of their vertical velocities, s^2/m^2; keeps the ends flat on the ground.
         middle_weight: of the middle's vertical velocity, s^2/m^2.
+        grip: share of the friction below the end on its way that the plan counts on. With all of it
+            an end that sticks may stay: one step gains nothing by pulling less than sets it free.
         activation: cost of effort and change. The effort spreads a contraction over the body: with
             little of it the segments nearest to the moving end, which answer first, do it all.
     """
@@ -59,6 +61,7 @@ class CrawlGains:
     corner_weight: float = 0.05
     ground_weight: float = 0.05
     middle_weight: float = 0.1
+    grip: float = 1.0
     activation: ActivationCost = field(
         default_factory=lambda: ActivationCost(effort=1.0, change=20.0)
     )
@@ -101,7 +104,7 @@ class Crawl:
         corners = self._corners(view, share, rate)
         return Goals(
             objectives=(*corners, self._middle(view, share, rate)),
-            patches=ground_patches(view, BELLY_PATCHES),
+            patches=self._patches(view),
             activation=self._gains.activation,
             resting=self._resting,
         )
@@ -130,6 +133,15 @@ class Crawl:
         part = min((time - self._since) / self._lasts, 1.0)
         share, rate = part * part * (3.0 - 2.0 * part), 6.0 * part * (1.0 - part) / self._lasts
         return (share, rate) if self.phase is CrawlPhase.PULL else (1.0 - share, -rate)
+
+    def _patches(self, view: BodyView) -> tuple[Patch, ...]:
+        """The parts of the belly, that of the end on its way more slippery than it is."""
+        patches = dict(zip(BELLY_PATCHES, ground_patches(view, BELLY_PATCHES), strict=True))
+        if self.phase is not CrawlPhase.REST:
+            name = BELLY_PATCHES[0 if self.phase is CrawlPhase.PULL else -1]
+            moving = patches[name]
+            patches[name] = replace(moving, friction=self._gains.grip * moving.friction)
+        return tuple(patches.values())
 
     def _corners(self, view: BodyView, share: float, rate: float) -> list[Objective]:
         """Trajectories of the four corners: one end holds, the other follows."""

@@ -19,11 +19,12 @@ EARTHWORM = CrawlGains(
     activation=ActivationCost(effort=1.0, change=40.0),
 )
 INCHWORM = CrawlGains(
-    stride=0.38,  # m, more than it reaches
+    stride=0.46,  # m, more than it reaches
     arch=0.3,  # m, likewise
     follow=7.0,  # 1/s
     ground_weight=0.0,  # the ends stand on their edges
     middle_weight=0.5,
+    grip=0.3,
     activation=ActivationCost(effort=1.0, change=20.0),
 )
 """Both by hand, in some forty runs of 4 s each; checked on another mesh, with friction and
