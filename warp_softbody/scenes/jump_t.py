@@ -42,7 +42,7 @@ TWIST = JumpGains(
     ease=2.0,
 )
 """By hand, from the jump in place: wound up as it crouches, the letter unwinds as it pushes. The
-relaxing is the least that ends the sway with friction, stiffness and strength 20 % off."""
+relaxing ends the sway with friction, stiffness and strength 20 % off too."""
 
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
