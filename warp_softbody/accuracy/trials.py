@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from warp_softbody import __version__, scenes
+from warp_softbody.accuracy.chart import SETTLED
 from warp_softbody.accuracy.design import usable_meshes
 from warp_softbody.accuracy.motion import Motion, Ruler, extrapolated, motion_of
 from warp_softbody.accuracy.running import Outcome
@@ -127,10 +128,9 @@ class Trials:
         for settings, guess in self._by_cost([base for base in spaces if spaces[base] <= bound]):
             if held and guess >= min(trial.cost for trial in held):
                 break
-            error = self.error(settings)
-            if error + doubt <= bound:
-                cost = self._outcome(settings).cost
-                held.append(Trial(settings=settings, error=error, doubt=doubt, cost=cost))
+            error, outcome = self.error(settings), self._outcome(settings)
+            if error + doubt <= bound and outcome.unconverged <= SETTLED:
+                held.append(Trial(settings=settings, error=error, doubt=doubt, cost=outcome.cost))
         if not held:
             raise InputError(f"no mesh and time step tried holds {100.0 * bound:.2g}% in {scene!r}")
         return min(held, key=lambda trial: trial.cost)
