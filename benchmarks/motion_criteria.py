@@ -27,8 +27,10 @@ SOUND = (
 )
 
 TILT = below("tilt at the end", lambda m: float(m.measures.tilt[-1]), 5.0, DEGREES)
+STILL = below("speed at the end", lambda m: float(of.speed(m.take, m.measures)[-1]), 0.1, SPEED)
 UPRIGHT = (
     TILT,
+    STILL,
     Criterion("height", lambda m: float(of.height(m.measures)[-1]), 0.9, form="{:.2f}"),
 )
 AIR = Criterion("in the air", lambda m: max(of.flights(m.take), default=0.0), 0.2, form=SECONDS)
@@ -206,12 +208,13 @@ CRITERIA: dict[str, tuple[Criterion, ...]] = {
     ),
     "roll-o": (
         ROLLED,
-        below("speed at the end", lambda m: float(of.speed(m.take, m.measures)[-1]), 0.1, SPEED),
+        STILL,
         ASIDE,
     ),
     "roll-o-return": (
         Criterion("rolls back", lambda m: of.rolled_back(m.take), 180.0, form=DEGREES),
         Criterion("rolls", ROLLED.of, 180.0, form=DEGREES),
+        STILL,
         ASIDE,
     ),
     "crawl-i": (*CRAWL, below("belly", belly, 0.15)),

@@ -145,7 +145,7 @@ JUMP = {
     "reach.2": Range(-0.56, -0.44),
     "reach_weight": Range(0.05, 1.0, log=True),
     "activation.effort": Range(0.01, 0.1, log=True),
-    "activation.change": Range(0.3, 4.0, log=True),
+    "activation.change": Range(0.3, 8.0, log=True),
     "landing.momentum_weight": Range(0.02, 0.3, log=True),
     "landing.spin_weight": Range(0.5, 12.0, log=True),
     "landing.velocity": Range(5.0, 14.0, log=True),
@@ -153,7 +153,7 @@ JUMP = {
     "landing.crouch": Range(0.0, 1.0),
     "landing.activation.change": Range(1.0, 25.0, log=True),
     "ease": Range(0.0, 6.0),
-    "strength": Range(9e5, 1.6e6, log=True),
+    "strength": Range(9e5, 2e6, log=True),
     "material.poisson_ratio": Range(0.465, 0.485),
     "material.stiffness_damping": Range(0.03, 0.05, log=True),
 }

@@ -102,7 +102,7 @@ class Roll:
         self._angle = 0.0
         self._from = 0.0
         self._begun = 0.0
-        self._released: float | None = None
+        self._released = None if legs else 0.0
         self._moved = 0.0
 
     def goals(self, view: BodyView) -> Goals | None:

@@ -25,6 +25,15 @@ def test_it_recovers_from_a_push(push: float, tmp_path: Path) -> None:
     assert missed("balance-i", motion) == []
 
 
+def test_a_plan_with_contacts_that_hold_still_falls(tmp_path: Path) -> None:
+    """Under the push of the scene, after which the QPCC stands."""
+    assert missed("balance-i", run("balance-i", tmp_path)) == []
+    measures = run("balance-i", tmp_path, "--controller", "static").measures
+    # a body 1 m high
+    assert measures.centre_of_mass[-1, 2] < 0.5
+    assert measures.tilt[-1] > 45.0
+
+
 def test_without_muscles_the_push_topples_it(tmp_path: Path) -> None:
     options = ["--seconds", "3", "--set", "push=0.5", "--controller", "none"]
     measures = run("balance-i", tmp_path, *options).measures

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.motion_measures import flights
@@ -15,3 +16,5 @@ def test_it_turns_in_the_air_and_lands_upright(friction: float, tmp_path: Path) 
     motion = run("jump-t", tmp_path, "--set", f"friction={friction}")
     assert missed("jump-t", motion) == []
     assert sum(flights(motion.take)) >= 0.2
+    # at rest two seconds later: a tenth of the 1.5 m/s with which it lands
+    assert np.linalg.norm(motion.take.velocities[-1], axis=1).max() < 0.15
