@@ -1,11 +1,11 @@
-"""Sparse block factorisation L D L^T on a fixed pattern, and its solves: the preconditioner.
+"""Sparse block factorisation L D L^T on a fixed pattern, and solves with 16 right-hand sides.
 
 The factor is of some earlier step's matrix. Between steps the matrix changes almost only by the
 rotations of the nodes, so the solve turns its right-hand side back by each node's rotation since
 then, and its result forth: P = Q L^-T D^-1 L^-1 Q^T, symmetric and positive definite whatever
 happened since (a warped preconditioner, after Courtecuisse et al. 2010). Rows are kept in
-elimination order. One logical thread walks the elimination order of one right-hand side, or of one
-block of them.
+elimination order. One logical thread walks the elimination order of one block of right-hand sides;
+``supernodes`` has the solve with a single one.
 """
 
 from functools import cache
@@ -15,7 +15,6 @@ import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.precision import real
-from warp_softbody.kernels.rows import make_rows
 
 SUBJECT = "cholesky"
 
@@ -28,8 +27,6 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
     held, line = wp.constant(cg.HELD), wp.constant(cg.LINE)
-
-    part_of_row = make_rows(precision, SUBJECT).part_of_row
 
     @func
     def project_rows(kind: int, axis: vec3, value: mat33):
@@ -158,40 +155,6 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         turns[i] = node_rotations[i] * wp.transpose(factor_rotations[i])
 
     @kernel
-    def precondition(
-        # model
-        count: int,
-        order: wp.array(dtype=int),
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        # in
-        lower: wp.array(dtype=mat33),
-        pivot_inverse: wp.array(dtype=mat33),
-        turns: wp.array(dtype=mat33),
-        residual: wp.array(dtype=vec3),
-        # out
-        work: wp.array(dtype=vec3),
-        result: wp.array(dtype=vec3),
-    ):
-        for i in range(count):
-            node = order[i]
-            known = part_of_row(row_start[i], row_start[i + 1], column, lower, work)
-            work[i] = wp.transpose(turns[node]) * residual[node] - known
-        for i in range(count):
-            work[i] = pivot_inverse[i] * work[i]
-        for back in range(count):
-            i = count - 1 - back
-            z = work[i]
-            s = row_start[i]
-            last = row_start[i + 1]
-            while s < last:
-                j = column[s]
-                work[j] = work[j] - wp.transpose(lower[s]) * z
-                s += 1
-            node = order[i]
-            result[node] = turns[node] * z
-
-    @kernel
     def precondition_block(
         # model
         count: int,
@@ -260,6 +223,5 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         factorise=factorise,
         keep_rotations=keep_rotations,
         node_turns=node_turns,
-        precondition=precondition,
         precondition_block=precondition_block,
     )

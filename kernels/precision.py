@@ -46,6 +46,15 @@ class Real:
         """Decorator for a function used by kernels of this precision."""
         return wp.func(module=self._module(subject))
 
+    def native(self, snippet: str) -> Any:
+        """Decorator for a function of native code, in which SCALAR and LANES are filled in.
+
+        It is for walks through sparse structures, where reckoning the indices of Warp's arrays
+        takes longer than the arithmetic.
+        """
+        name = {"float32": "float", "float64": "double"}[self.name]
+        return wp.func_native(snippet.replace("SCALAR", name).replace("LANES", str(BLOCK)))
+
     def _module(self, subject: str) -> str:
         return f"warp_softbody.kernels.{subject}.{self.name}"
 

@@ -12,6 +12,8 @@ import warp as wp
 from warp_softbody.elimination import Elimination
 from warp_softbody.kernels.cholesky import make_cholesky
 from warp_softbody.kernels.precision import Real
+from warp_softbody.kernels.supernodes import make_supernodes
+from warp_softbody.supernodes import build_supernodes
 
 
 def constant_integers(values: npt.NDArray[np.int32], dtype: Any, device: str) -> Any:
@@ -48,7 +50,15 @@ class BlockFactor:
         self.pivot_inverse = wp.zeros(self._count, dtype=types.mat33, device=device)
         self._upper = wp.zeros(entries, dtype=types.mat33, device=device)
         self._pivots = wp.zeros(self._count, dtype=types.mat33, device=device)
-        self._work = wp.zeros(self._count, dtype=types.vec3, device=device)
+        self._panels = make_supernodes(types.name)
+        runs = build_supernodes(elimination)
+        self._runs = len(runs.panel_start) - 1
+        registers = (runs.panel_start[-1], 3 * len(runs.below))
+        self._by_column, self._by_row = (
+            wp.zeros(max(1, int(count)), dtype=types.block, device=device) for count in registers
+        )
+        # the last component takes what the lanes without a row hold
+        self._work = wp.zeros(3 * self._count + 1, dtype=types.scalar, device=device)
 
         def integers(values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
             return constant_integers(values, dtype, device)
@@ -62,6 +72,14 @@ class BlockFactor:
         self._diagonal_slot = integers(elimination.diagonal_slot)
         self._update_start = integers(elimination.update_start)
         self._update_pairs = integers(elimination.update_pairs, wp.vec2i)
+        self._first = integers(runs.first)
+        self._inner_start = integers(runs.inner_start)
+        self._below_start = integers(runs.below_start)
+        self._below = integers(runs.below)
+        self._below_slot = integers(runs.below_slot)
+        self._owner = integers(runs.owner)
+        self._panel_start = integers(runs.panel_start)
+        self._targets = integers(runs.targets)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
@@ -78,18 +96,22 @@ class BlockFactor:
         updates = [self._row_start, self._column, self._update_start, self._update_pairs]
         outputs = [self._upper, self.lower, self.pivot_inverse]
         self._launch(k.factorise, 1, [self._count, *updates, self._pivots], outputs)
-
-    def _solve_inputs(self, turns: Any) -> list[Any]:
-        structure = [self._count, self._order, self._row_start, self._column]
-        return [*structure, self.lower, self.pivot_inverse, turns]
+        places = [self._first, self._below_start, self._below_slot, self._owner, self._panel_start]
+        panels = [self._by_column, self._by_row]
+        self._launch(self._panels.pack, len(self._owner), [*places, self.lower], panels)
 
     def solve(self, turns: Any, residual: Any, result: Any) -> None:
         """Launch result = Q (L D L^T)^-1 Q^T residual, vectors (count,) vec3, Q the turns."""
-        inputs = [*self._solve_inputs(turns), residual]
-        self._launch(self._kernels.precondition, 1, inputs, [self._work, result])
+        structure = [self._count, self._runs, self._order, self._row_start, self._column]
+        structure += [self._first, self._inner_start, self._below_start, self._below]
+        structure += [self._panel_start, self._targets]
+        factor = [self.lower, self._by_column, self._by_row, self.pivot_inverse]
+        inputs = [*structure, *factor, turns, residual]
+        self._launch(self._panels.precondition, 1, inputs, [self._work, result])
 
     def solve_block(self, turns: Any, residual: Any, work: Any, result: Any) -> None:
         """Launch the same for blocks (blocks, 3 count)."""
-        inputs = [*self._solve_inputs(turns), residual]
+        structure = [self._count, self._order, self._row_start, self._column]
+        inputs = [*structure, self.lower, self.pivot_inverse, turns, residual]
         blocks = residual.shape[0]
         self._launch(self._kernels.precondition_block, blocks, inputs, [work, result])

@@ -36,15 +36,15 @@ class Elimination:
 
     @property
     def refresh_cost(self) -> float:
-        """Cost of a numeric factorisation in units of one solve with the factor."""
+        """Operations of a numeric factorisation over those of one solve with the factor."""
         solve = 2.0 * len(self.column) + 2.0 * len(self.order)
         return (len(self.update_pairs) + 2.0 * len(self.column)) / solve
 
 
 def _fill_pattern(
     pattern: Pattern, free: npt.NDArray[np.bool_]
-) -> tuple[IntArray, sparse.csc_array]:
-    """Minimum-degree order of the node graph and the pattern of its factor."""
+) -> tuple[IntArray, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Minimum-degree order of the node graph; rows and columns of its factor, below."""
     count = len(free)
     data = np.full(len(pattern.column), -1.0)
     rows = np.repeat(np.arange(count), np.diff(pattern.row_start))
@@ -60,7 +60,37 @@ def _fill_pattern(
         options={"SymmetricMode": True},
     )
     order = np.argsort(factor.perm_c).astype(np.int32)
-    return order, sparse.csc_array(factor.L)
+    filled = sparse.csc_matrix(factor.L)
+    rows = filled.indices.astype(np.int64)
+    columns = np.repeat(np.arange(count), np.diff(filled.indptr))
+    rows, columns = rows[rows > columns], columns[rows > columns]
+    turn = _postorder(rows, columns, count)
+    place = np.argsort(turn)
+    return order[turn], place[rows], place[columns]
+
+
+def _postorder(
+    rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64], count: int
+) -> npt.NDArray[np.int64]:
+    """The columns of a factor in an equivalent order: parents soon after their children.
+
+    The parent of a column is its first row. The fill stays, and columns of nearly the same rows
+    come to stand side by side; the child with the largest family last.
+    """
+    parent = np.full(count, count)
+    np.minimum.at(parent, columns, rows)
+    family = np.ones(count + 1, dtype=np.int64)
+    children: list[list[int]] = [[] for _ in range(count + 1)]
+    for k in range(count):
+        family[parent[k]] += family[k]
+        children[parent[k]].append(k)
+    # visited from the root on, largest families first, and read backwards
+    visited, stack = [], [count]
+    while stack:
+        node = stack.pop()
+        visited.append(node)
+        stack += sorted(children[node], key=lambda child: (family[child], child))
+    return np.array(visited[:0:-1], dtype=np.int64)
 
 
 def _updates(
@@ -81,10 +111,7 @@ def _updates(
 def build_elimination(pattern: Pattern, fixed: npt.NDArray[np.bool_]) -> Elimination:
     """Order, fill and update lists for a pattern."""
     count = len(fixed)
-    order, filled = _fill_pattern(pattern, ~fixed)
-    entries = filled.tocoo()
-    below = entries.row > entries.col
-    rows, columns = entries.row[below].astype(np.int64), entries.col[below].astype(np.int64)
+    order, rows, columns = _fill_pattern(pattern, ~fixed)
     by_row = np.lexsort((columns, rows))
     rows, columns = rows[by_row], columns[by_row]
     keys = rows * count + columns
