@@ -1,6 +1,6 @@
-"""Sparse block factorisation L D L^T on a fixed pattern, and solves with 16 right-hand sides.
+"""The factor as a preconditioner, turned with the nodes, and solves with 16 right-hand sides.
 
-The factor is of some earlier step's matrix. Between steps the matrix changes almost only by the
+The factor L D L^T (``factorisation``) is of some earlier step's matrix. Between steps the matrix changes almost only by the
 rotations of the nodes, so the solve turns its right-hand side back by each node's rotation since
 then, and its result forth: P = Q L^-T D^-1 L^-1 Q^T, symmetric and positive definite whatever
 happened since (a warped preconditioner, after Courtecuisse et al. 2010). Rows are kept in
@@ -13,7 +13,6 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "cholesky"
@@ -21,117 +20,9 @@ SUBJECT = "cholesky"
 
 @cache
 def make_cholesky(precision: str) -> SimpleNamespace:
-    """Kernels of the factorisation and of the solves, in the order of their launch."""
+    """Kernels of the turns and of the solve, in the order of their launch."""
     types = real(precision)
-    scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
-    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
-    held, line = wp.constant(cg.HELD), wp.constant(cg.LINE)
-
-    @func
-    def project_rows(kind: int, axis: vec3, value: mat33):
-        if kind == slides:
-            return value - wp.outer(axis, wp.transpose(value) * axis)
-        if kind == line:
-            return wp.outer(axis, wp.transpose(value) * axis)
-        if kind == held:
-            return mat33()
-        return value
-
-    @kernel
-    def gather_pivots(
-        # model
-        order: wp.array(dtype=int),
-        diagonal_slot: wp.array(dtype=int),
-        # in
-        values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
-        slip_stiffness: wp.array(dtype=mat33),
-        # out
-        pivots: wp.array(dtype=mat33),
-    ):
-        # diagonal blocks of A: the matrix with slip stiffness on the velocities that contact leaves
-        # free, and a multiple of the identity on those it gives
-        i = wp.tid()
-        node = order[i]
-        kind = kinds[node]
-        axis = axes[node]
-        pivot = wp.identity(n=3, dtype=scalar)
-        if diagonal_slot[i] >= 0:
-            pivot = values[diagonal_slot[i]] + slip_stiffness[node]
-            given = scalar(0.3333333333333333) * wp.trace(pivot)
-            if kind == slides:
-                pivot = project_rows(kind, axis, pivot)
-                pivot = project_rows(kind, axis, wp.transpose(pivot))
-                pivot += given * wp.outer(axis, axis)
-            if kind == line:
-                size = wp.dot(axis, pivot * axis) - given
-                pivot = size * wp.outer(axis, axis) + given * wp.identity(n=3, dtype=scalar)
-            if kind == held:
-                pivot = given * wp.identity(n=3, dtype=scalar)
-        pivots[i] = pivot
-
-    @kernel
-    def gather_blocks(
-        # model
-        row: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        matrix_slot: wp.array(dtype=int),
-        order: wp.array(dtype=int),
-        # in
-        values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
-        # out
-        upper: wp.array(dtype=mat33),
-    ):
-        # the other blocks of A, on the pattern of the factor
-        s = wp.tid()
-        entry = mat33()
-        if matrix_slot[s] >= 0:
-            node = order[row[s]]
-            other = order[column[s]]
-            entry = values[matrix_slot[s]]
-            if kinds[node] != free:
-                entry = project_rows(kinds[node], axes[node], entry)
-            if kinds[other] != free:
-                across = project_rows(kinds[other], axes[other], wp.transpose(entry))
-                entry = wp.transpose(across)
-        upper[s] = entry
-
-    @kernel
-    def factorise(
-        # model
-        count: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        update_start: wp.array(dtype=int),
-        update_pairs: wp.array(dtype=wp.vec2i),
-        # in
-        pivots: wp.array(dtype=mat33),
-        # in and out
-        upper: wp.array(dtype=mat33),
-        # out
-        lower: wp.array(dtype=mat33),
-        pivot_inverse: wp.array(dtype=mat33),
-    ):
-        # row by row: U_ij = A_ij - sum_k U_ik L_jk^T, L_ij = U_ij D_j^-1, D_i = A_ii - sum_j U_ij
-        # L_ij^T
-        for i in range(count):
-            pivot = pivots[i]
-            for s in range(row_start[i], row_start[i + 1]):
-                known = mat33()
-                for k in range(update_start[s], update_start[s + 1]):
-                    pair = update_pairs[k]
-                    known += upper[pair[0]] * wp.transpose(lower[pair[1]])
-                entry = upper[s] - known
-                upper[s] = entry
-                below = entry * pivot_inverse[column[s]]
-                lower[s] = below
-                pivot -= entry * wp.transpose(below)
-            inverse = wp.inverse(pivot)
-            pivot_inverse[i] = scalar(0.5) * (inverse + wp.transpose(inverse))
+    mat33, block, kernel = types.mat33, types.block, types.kernel(SUBJECT)
 
     @kernel
     def keep_rotations(
@@ -218,9 +109,6 @@ def make_cholesky(precision: str) -> SimpleNamespace:
             result[b, 3 * node + 2] = Q[2, 0] * z0 + Q[2, 1] * z1 + Q[2, 2] * z2
 
     return SimpleNamespace(
-        gather_pivots=gather_pivots,
-        gather_blocks=gather_blocks,
-        factorise=factorise,
         keep_rotations=keep_rotations,
         node_turns=node_turns,
         precondition_block=precondition_block,

@@ -11,6 +11,7 @@ import warp as wp
 
 from warp_softbody.elimination import Elimination
 from warp_softbody.kernels.cholesky import make_cholesky
+from warp_softbody.kernels.factorisation import make_factorisation
 from warp_softbody.kernels.precision import Real
 from warp_softbody.kernels.supernodes import make_supernodes
 from warp_softbody.supernodes import build_supernodes
@@ -45,10 +46,13 @@ class BlockFactor:
         self._device = device
         self._count = len(elimination.order)
         self._kernels = make_cholesky(types.name)
+        self._factorisation = make_factorisation(types.name)
         entries = len(elimination.column)
         self.lower = wp.zeros(entries, dtype=types.mat33, device=device)
         self.pivot_inverse = wp.zeros(self._count, dtype=types.mat33, device=device)
-        self._upper = wp.zeros(entries, dtype=types.mat33, device=device)
+        self._upper, self._turned = (
+            wp.zeros(entries, dtype=self._factorisation.mat34, device=device) for _ in range(2)
+        )
         self._pivots = wp.zeros(self._count, dtype=types.mat33, device=device)
         self._panels = make_supernodes(types.name)
         runs = build_supernodes(elimination)
@@ -86,7 +90,7 @@ class BlockFactor:
 
     def factorise(self, values: Any, freedom: Freedom) -> None:
         """Launch the factorisation of a matrix on the velocities left free."""
-        k, entries = self._kernels, len(self._column)
+        k, entries = self._factorisation, len(self._column)
         pivots = [self._order, self._diagonal_slot, values]
         pivots += [freedom.kinds, freedom.axes, freedom.slip_stiffness]
         self._launch(k.gather_pivots, self._count, pivots, [self._pivots])
@@ -94,7 +98,7 @@ class BlockFactor:
         blocks += [freedom.kinds, freedom.axes]
         self._launch(k.gather_blocks, entries, blocks, [self._upper])
         updates = [self._row_start, self._column, self._update_start, self._update_pairs]
-        outputs = [self._upper, self.lower, self.pivot_inverse]
+        outputs = [self._upper, self._turned, self.lower, self.pivot_inverse]
         self._launch(k.factorise, 1, [self._count, *updates, self._pivots], outputs)
         places = [self._first, self._below_start, self._below_slot, self._owner, self._panel_start]
         panels = [self._by_column, self._by_row]
