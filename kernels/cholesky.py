@@ -1,11 +1,11 @@
 """The factor as a preconditioner, turned with the nodes, and solves with 16 right-hand sides.
 
-The factor L D L^T (``factorisation``) is of some earlier step's matrix. Between steps the matrix changes almost only by the
-rotations of the nodes, so the solve turns its right-hand side back by each node's rotation since
-then, and its result forth: P = Q L^-T D^-1 L^-1 Q^T, symmetric and positive definite whatever
-happened since (a warped preconditioner, after Courtecuisse et al. 2010). Rows are kept in
-elimination order. One logical thread walks the elimination order of one block of right-hand sides;
-``supernodes`` has the solve with a single one.
+The factor L D L^T (``factorisation``) is of some earlier step's matrix. Between steps the matrix
+changes almost only by the rotations of the nodes, so the solve turns its right-hand side back by
+each node's rotation since then, and its result forth: P = Q L^-T D^-1 L^-1 Q^T, symmetric and
+positive definite whatever happened since (a warped preconditioner, after Courtecuisse et al. 2010).
+Rows are kept in elimination order. One logical thread walks the elimination order of one block of
+right-hand sides; ``supernodes`` has the solve with a single one.
 """
 
 from functools import cache
