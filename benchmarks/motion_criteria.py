@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from benchmarks import motion_measures as of
 from benchmarks.criterion import Criterion, Finding, Motion, below
+from warp_softbody.accuracy import body_motion
 from warp_softbody.stage_exports import reversals
 
 FloatArray = npt.NDArray[np.float64]
@@ -53,7 +54,7 @@ def squash(motion: Motion) -> float:
     ranges = []
     for side in legs:
         leg = side * take.rest[:, 0] > 0.1
-        foot, top = leg & of.base(take), leg & (take.rest[:, 2] > 1.0 - of.LOWEST)
+        foot, top = leg & of.base(take), leg & (take.rest[:, 2] > 1.0 - body_motion.LOWEST)
         way = take.tet_points[:, top].mean(axis=1) - take.tet_points[:, foot].mean(axis=1)
         ranges.append(float(np.ptp(np.linalg.norm(way, axis=1))))
     return min(ranges)

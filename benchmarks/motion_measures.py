@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.accuracy import body_motion
 from warp_softbody.character import Character
 from warp_softbody.stage_exports.measures import Measures
 from warp_softbody.stage_exports.reader import Take
@@ -14,13 +15,10 @@ FloatArray = npt.NDArray[np.float64]
 CLEAR = 1e-3
 """m above the floor from which a node counts as in the air."""
 
-LOWEST = 1e-6
-"""m within which nodes are level at rest."""
-
 
 def base(take: Take) -> npt.NDArray[np.bool_]:
     """Mask of the nodes on which the body stands at rest."""
-    return np.asarray(take.rest[:, 2] < LOWEST)
+    return body_motion.base(take.rest)
 
 
 def base_path(take: Take) -> FloatArray:
@@ -33,12 +31,6 @@ def region_path(take: Take, character: Character, name: str) -> FloatArray:
     return np.asarray(take.tet_points[:, character.region(name)].mean(axis=1))
 
 
-def spans(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and one past the last frame of each run of frames that a mask (f,) holds."""
-    edges = np.diff(np.concatenate([[False], mask, [False]]).astype(int))
-    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True))
-
-
 def airborne(take: Take) -> npt.NDArray[np.bool_]:
     """Frames in which no node is near the floor."""
     return np.asarray(take.tet_points[:, :, 2].min(axis=1) > CLEAR)
@@ -46,19 +38,12 @@ def airborne(take: Take) -> npt.NDArray[np.bool_]:
 
 def flights(take: Take) -> list[float]:
     """Lengths in s of the times in the air."""
-    return [(end - begin) / take.fps for begin, end in spans(airborne(take))]
+    return [(end - begin) / take.fps for begin, end in body_motion.spans(airborne(take))]
 
 
 def turned(take: Take, axis: int) -> FloatArray:
     """Degrees about x, y or z that the body has turned, by the rotation that fits best there."""
-    rest = take.rest - take.rest.mean(axis=0)
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    angles = []
-    for points in take.tet_points:
-        moments = rest.T @ (points - points.mean(axis=0))
-        across = moments[first, second] - moments[second, first]
-        angles.append(np.arctan2(across, moments[first, first] + moments[second, second]))
-    return np.degrees(np.unwrap(angles))
+    return body_motion.turned(take.rest, take.tet_points, axis)
 
 
 def turned_in_air(take: Take) -> float:
@@ -72,14 +57,12 @@ def turned_in_air(take: Take) -> float:
 
 def rolled_back(take: Take) -> float:
     """Degrees about y from the furthest forward to the furthest back after it."""
-    angle = turned(take, 1)
-    furthest = int(angle.argmax())
-    return float(angle[furthest] - angle[furthest:].min())
+    return body_motion.turned_back(turned(take, 1))
 
 
 def leaning(take: Take, head: float) -> FloatArray:
     """Degrees by which what is above ``head`` m at rest has turned over the base towards +x."""
-    top = take.rest[:, 2] > head - LOWEST
+    top = take.rest[:, 2] > head - body_motion.LOWEST
     ways = (take.tet_points[:, top].mean(axis=1) - base_path(take))[:, [0, 2]]
     rest = (take.rest[top].mean(axis=0) - take.rest[base(take)].mean(axis=0))[[0, 2]]
     return np.asarray(np.degrees(np.arctan2(*ways.T) - np.arctan2(*rest)))
@@ -101,33 +84,26 @@ def height(measures: Measures) -> FloatArray:
     return np.asarray(measures.centre_of_mass[:, 2] / measures.centre_of_mass[0, 2])
 
 
-def backward(way: FloatArray) -> float:
-    """Sum of all steps backward along a way (f,), m."""
-    return -float(np.minimum(np.diff(way), 0.0).sum())
-
-
 def slip(way: FloatArray) -> float:
     """Steps backward over what is gained in the end; infinite where nothing is gained."""
     gained = float(way[-1] - way[0])
-    return backward(way) / gained if gained > 0.0 else np.inf
+    return body_motion.backward(way) / gained if gained > 0.0 else np.inf
 
 
 def belly_middle(take: Take) -> FloatArray:
     """Height of the lowest node under the middle of a lying body, (f,) m."""
-    middle = base(take) & (np.abs(take.rest[:, 0]) < 0.07)
-    return np.asarray(take.tet_points[:, middle, 2].min(axis=1))
+    return body_motion.belly_middle(take.rest, take.tet_points)
 
 
 def lowest_of_regions(take: Take, character: Character, names: tuple[str, ...]) -> FloatArray:
     """Height of the lowest node of each region, (f, k) m."""
-    regions = [character.region(name) for name in names]
-    return np.stack([take.tet_points[:, nodes, 2].min(axis=1) for nodes in regions], axis=1)
+    return body_motion.lowest(take.tet_points, [character.region(name) for name in names])
 
 
 def lifts(heights: FloatArray, clear: float) -> list[float]:
     """How high a foot (f,) came each time that it was lifted and put down again, m."""
     return [
         float(heights[begin:end].max())
-        for begin, end in spans(heights > clear)
+        for begin, end in body_motion.spans(heights > clear)
         if end < len(heights)
     ]

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warp_softbody import scenes
+from warp_softbody.accuracy.case import Case
 from warp_softbody.accuracy.design import job, reference_family, usable_meshes
 from warp_softbody.accuracy.journal import Journal
 from warp_softbody.accuracy.motion import Ruler
@@ -26,7 +27,7 @@ from warp_softbody.accuracy.reference import Reference, reference_of
 from warp_softbody.accuracy.running import Outcome, run_job
 from warp_softbody.accuracy.settings import Settings
 from warp_softbody.accuracy.store import find
-from warp_softbody.accuracy.table import CASES, Case
+from warp_softbody.accuracy.table import CASES
 from warp_softbody.accuracy.track import body_size
 from warp_softbody.accuracy.trials import Trials
 from warp_softbody.errors import InputError

@@ -14,16 +14,17 @@ import pytest
 
 from tests.accuracy.inline import Inline
 from warp_softbody.accuracy import picture, store, table
+from warp_softbody.accuracy.case import TIME_STEPS
 from warp_softbody.cli import chart_command, main, tune_command
 
 TINY = replace(
     table.CASES["cantilever"],
     seconds=0.2,
     meshes=((1, 0), (2, 0), (None, 0)),
-    time_steps=table.TIME_STEPS[:3],
+    time_steps=TIME_STEPS[:3],
     knobs={"elements": ("smoothed",), "tolerance": (1e-2, 1e-3), "threads": (2,)},
-    finest=((2, 1), table.TIME_STEPS[2]),
-    beside=((2, 0), table.TIME_STEPS[4]),
+    finest=((2, 1), TIME_STEPS[2]),
+    beside=((2, 0), TIME_STEPS[4]),
     peers=(),
     products=4,
 )

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from warp_softbody import __version__, scenes
+from warp_softbody.accuracy.case import Case
 from warp_softbody.accuracy.design import (
     Measured,
     first_points,
@@ -23,7 +24,6 @@ from warp_softbody.accuracy.reference import Reference, reference_of, time_limit
 from warp_softbody.accuracy.running import Outcome
 from warp_softbody.accuracy.settings import Settings
 from warp_softbody.accuracy.sweep import Progress, sweep
-from warp_softbody.accuracy.table import Case
 from warp_softbody.accuracy.track import body_size
 
 SETTLED = 0.1

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from warp_softbody import scenes
+from warp_softbody.accuracy.case import TIME_STEPS, Case, Mesh
 from warp_softbody.accuracy.running import Job
 from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.table import TIME_STEPS, Case, Mesh
 
 T = TypeVar("T")
 
@@ -59,7 +59,15 @@ def singles(case: Case) -> list[Settings]:
 
 
 def reference_family(case: Case) -> list[Settings]:
-    """The finest mesh and the next one, each at every time step down to its last."""
+    """The finest mesh and the next one, each at every time step down to its last.
+
+    Of a controlled body, whose motions have no limit, the last ones alone: the time step of the
+    finest mesh on both, and that of the next one.
+    """
+    if case.controlled:
+        (fine, c), (coarse, s) = case.finest, case.beside
+        found = [(coarse, c), (coarse, s), (fine, c)]
+        return [reference_settings(case, mesh, step) for mesh, step in dict.fromkeys(found)]
     return [
         replace(reference_settings(case, mesh, last), time_step=step)
         for mesh, last in (case.beside, case.finest)
@@ -152,8 +160,8 @@ def _bases(
 def useful(case: Case, measured: Sequence[Measured]) -> dict[str, list[Any]]:
     """Knobs with the default's value and those that cost less, or err less, than the default.
 
-    Of each knob the values that no other one of it beats. Threads are left out: they cost no less
-    and change no number.
+    Of each knob the values that no other one of it beats, within the case's reach. Threads are left
+    out: they cost no less and change no number.
     """
     (default,) = _among(measured, [case.default])
     kept: dict[str, list[Any]] = {}
@@ -162,6 +170,7 @@ def useful(case: Case, measured: Sequence[Measured]) -> dict[str, list[Any]]:
         better = [
             getattr(point.settings, knob)
             for point in frontier(points)
+            if point.cost <= case.reach * default.cost
             if point.cost < (1.0 - WORTH) * default.cost
             or point.error < (1.0 - WORTH) * default.error
         ]
@@ -192,6 +201,6 @@ def _among(measured: Sequence[Measured], wanted: Sequence[Settings]) -> list[Mea
 
 
 def first_points(case: Case) -> list[Settings]:
-    """All that does not depend on a measurement."""
+    """All that does not depend on a measurement, the longest runs first."""
     plain = [case.default, *grid(case), *singles(case)]
-    return list(dict.fromkeys([*plain, *reference_family(case)]))
+    return list(dict.fromkeys([*reference_family(case)[::-1], *plain]))

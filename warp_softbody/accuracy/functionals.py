@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.accuracy import letters
 from warp_softbody.accuracy.track import Track
 
 FloatArray = npt.NDArray[np.float64]
-UPRIGHT = 5.0  # degrees
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,48 +79,6 @@ def _top_height(track: Track) -> float:
     return float(masses @ track.points[-1, top, 2] / masses.sum())
 
 
-def _rotations(track: Track) -> FloatArray:
-    """Rotations (f, 3, 3) from rest that fit all nodes best (Kabsch)."""
-    weights = track.masses / track.masses.sum()
-    rest = track.scene.whole.mesh.points
-    rest = rest - weights @ rest
-    moved = track.points - (weights @ track.points)[:, None]
-    left, _, right = np.linalg.svd(np.einsum("n,fni,nj->fij", weights, moved, rest))
-    left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
-    return np.asarray(left @ right)
-
-
-def _tilts(track: Track) -> FloatArray:
-    axis = _rotations(track)[:, :, 2]
-    return np.degrees(np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2]))
-
-
-def _largest_tilt(track: Track) -> float:
-    return float(_tilts(track).max())
-
-
-def _last_tilt(track: Track) -> float:
-    return float(_tilts(track)[-1])
-
-
-def _upright_again(track: Track) -> float:
-    """Linear between the last frame that leans and the one after it."""
-    tilts = _tilts(track)
-    leaning = np.flatnonzero(tilts > UPRIGHT)
-    if not len(leaning):
-        return 0.0
-    last = int(leaning[-1])
-    if last + 1 == len(tilts):
-        return float(track.times[-1])
-    share = (tilts[last] - UPRIGHT) / (tilts[last] - tilts[last + 1])
-    return float(track.times[last] + share * (track.times[last + 1] - track.times[last]))
-
-
-def _rolled(track: Track) -> float:
-    turn = _rotations(track)
-    return float(np.degrees(np.unwrap(np.arctan2(turn[:, 0, 2], turn[:, 2, 2])))[-1])
-
-
 FUNCTIONALS = {
     "tip_fall": Functional(unit="m", text="largest fall of the tip face", of=_tip_fall),
     "end_turn": Functional(unit="degrees", text="largest turn of the end face", of=_end_turn),
@@ -133,10 +91,41 @@ FUNCTIONALS = {
         unit="m", text="rise of the centre of mass above its start", scale=1.0, of=_apex
     ),
     "top_height": Functional(unit="m", text="last height of the top body", of=_top_height),
-    "largest_tilt": Functional(unit="degrees", text="largest tilt", scale=90.0, of=_largest_tilt),
-    "last_tilt": Functional(unit="degrees", text="tilt at the end", scale=90.0, of=_last_tilt),
-    "upright_again": Functional(
-        unit="s", text="time from which the tilt stays below 5 degrees", of=_upright_again
+    "gone": Functional(unit="m", text="way of the centre of mass along x", of=_way_ahead),
+    "slipped": Functional(unit="m", text="way back", scale=1.0, of=letters.slipped),
+    "largest_tilt": Functional(
+        unit="degrees", text="largest tilt", scale=90.0, of=letters.largest_tilt
     ),
-    "rolled": Functional(unit="degrees", text="angle rolled at the end", scale=360.0, of=_rolled),
+    "last_tilt": Functional(
+        unit="degrees", text="tilt at the end", scale=90.0, of=letters.last_tilt
+    ),
+    "upright_again": Functional(
+        unit="s",
+        text="time from which the tilt stays below 5 degrees",
+        scale=1.0,
+        of=letters.upright_again,
+    ),
+    "sway_error": Functional(
+        unit="of the amplitude",
+        text="largest distance from the wanted path",
+        scale=1.0,
+        of=letters.sway_error,
+    ),
+    "swing": Functional(unit="m", text="half the way to and fro", of=letters.swing),
+    "arch": Functional(unit="m", text="largest height of the belly's middle", of=letters.arch),
+    "foot_lift": Functional(
+        unit="m", text="height of the foot that is lifted least", of=letters.foot_lift
+    ),
+    "heading": Functional(
+        unit="degrees", text="turn about the vertical", scale=90.0, of=letters.heading
+    ),
+    "rolled": Functional(
+        unit="degrees", text="angle rolled at the end", scale=360.0, of=letters.rolled
+    ),
+    "rolled_furthest": Functional(
+        unit="degrees", text="largest angle rolled", scale=360.0, of=letters.rolled_furthest
+    ),
+    "rolled_back": Functional(
+        unit="degrees", text="angle rolled back", scale=360.0, of=letters.rolled_back
+    ),
 }

@@ -2,7 +2,9 @@
 
 The finest mesh F is run down to a time step c, the next coarser one B down to a smaller step s. The
 reference is F(c) + B(s) - B(c): the finest mesh, with the rest of the way to dt = 0 as the coarser
-one goes it. Of a passive body every term is the limit of steps dt and 2 dt at first order.
+one goes it; every term is the limit of steps dt and 2 dt at first order. A controlled body takes
+other decisions on another mesh or at another step, and has no limit: its reference is the run F(c)
+itself, and s = c / 2.
 """
 
 from __future__ import annotations
@@ -11,11 +13,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from warp_softbody.accuracy.case import TIME_STEPS, Case
 from warp_softbody.accuracy.design import reference_settings
 from warp_softbody.accuracy.motion import Motion, Ruler, corrected, extrapolated, motion_of
 from warp_softbody.accuracy.running import Outcome
 from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.table import TIME_STEPS, Case
 from warp_softbody.errors import SoftBodyError
 
 Outcomes = Mapping[Settings, Outcome]
@@ -31,7 +33,7 @@ class Reference:
         motion: the reference.
         mesh_change: distance of B(c) to F(c).
         time_change: distance of B(2 s) to B(s).
-        mixed_change: of the way from 2 c to c on F to the same on B.
+        mixed_change: of the way from 2 c to c on F to the same on B; none of a controlled body.
         ruler: that all distances of the chart are measured with.
     """
 
@@ -79,6 +81,16 @@ def reference_of(case: Case, outcomes: Outcomes, ruler: Ruler) -> Reference:
 
     c, s = finest.time_step, beside.time_step
     fine, coarse = limit(finest, c), limit(beside, c)
+    if case.controlled:
+        return Reference(
+            finest=finest,
+            beside=beside,
+            motion=fine,
+            mesh_change=ruler.distance(coarse, fine),
+            time_change=ruler.distance(limit(beside, twice(s)), limit(beside, s)),
+            mixed_change=0.0,
+            ruler=ruler,
+        )
     return Reference(
         finest=finest,
         beside=beside,

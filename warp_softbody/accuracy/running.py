@@ -106,13 +106,13 @@ def fingerprint(scene: str, given: tuple[tuple[str, float], ...], cells: int | N
         found.update("".join(text for text in numbers if " at 0x" not in text).encode())
     for body in plan.scene.characters:
         found.update(body.mesh.points.tobytes() + body.mesh.tets.tobytes())
-        found.update(repr((body.material, body.muscles)).encode())
+        found.update(repr((body.material, body.muscles, body.directional_friction)).encode())
     return found.hexdigest()
 
 
 def run_job(job: Job) -> Outcome:
     """Run a point here; a combination that the engine refuses is an outcome too."""
-    from warp_softbody.accuracy.budget import qp_budget
+    from warp_softbody.accuracy.inner_knobs import inner_knobs
     from warp_softbody.cli.engine import warp_engine
     from warp_softbody.errors import InputError
 
@@ -121,7 +121,7 @@ def run_job(job: Job) -> Outcome:
 
         return run_peer(job)
     try:
-        with warp_engine("cpu", on_compile=lambda: None), qp_budget(job.settings.qps):
+        with warp_engine("cpu", on_compile=lambda: None), inner_knobs(job.settings):
             return _repeated(job)
     except InputError as error:
         return refused(str(error))

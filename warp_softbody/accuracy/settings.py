@@ -26,6 +26,9 @@ class Settings:
         tolerance: of the linear solve; None for the precision's own.
         method: how muscles are driven, "qpcc" or "static".
         qps: most QPs of a step; None for the driver's own.
+        plan_cone: directions of the friction cones that a controller plans with; None for 8.
+        patches: the scene's setting of that name; None for its default, or where it has none.
+        preconditioner: "factor" or "two-level"; None for the one that suits the body's size.
     """
 
     time_step: float
@@ -40,6 +43,9 @@ class Settings:
     threads: int = 1
     method: str = "qpcc"
     qps: int | None = None
+    plan_cone: int | None = None
+    patches: int | None = None
+    preconditioner: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values by knob."""
@@ -81,8 +87,9 @@ class Settings:
         from warp_softbody import scenes
         from warp_softbody.refinement import refined_scene
 
-        cells = {} if self.cells is None else {"cells": self.cells}
-        plan = scenes.make(scene, {**given, **cells})
+        own = {"cells": self.cells, "patches": self.patches}
+        chosen = {name: value for name, value in own.items() if value is not None}
+        plan = scenes.make(scene, {**given, **chosen})
         return replace(plan, scene=refined_scene(plan.scene, self.level))
 
     def changes(self, other: Settings) -> int:
@@ -107,6 +114,8 @@ NAMES = {
     "precision": "",
     "elements": "",
     "qps": "QPs",
+    "plan_cone": "planned cone",
+    "preconditioner": "",
 }
 """Shorter ones, where the value does not speak for itself."""
 

@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import Any
 
-from warp_softbody.accuracy.settings import Settings
+from warp_softbody.accuracy.case import FINER, FINEST, OWN, TIME_STEPS, Case
+from warp_softbody.accuracy.letter_rows import LETTERS
 from warp_softbody.errors import InputError
-from warp_softbody.options import Elements
-
-Mesh = tuple["int | None", int]
-"""Cells and level, as in `Settings`."""
-
-OWN: Mesh = (None, 0)
-TIME_STEPS = tuple(1.0 / (30 * 2**k) for k in range(8))
-"""s: 1/30, 1/60, ... 1/3840; each fills a frame of 1/30 s a whole number of times."""
 
 PASSIVE: Mapping[str, tuple[Any, ...]] = {
     "elements": ("smoothed",),
@@ -24,69 +16,9 @@ PASSIVE: Mapping[str, tuple[Any, ...]] = {
     "tolerance": (1e-2, 1e-3, 1e-4, 1e-5),
     "newton_iterations": (2,),
     "threads": (2,),
+    "preconditioner": ("two-level",),
 }
 CONTACT = {**PASSIVE, "cone": ("4", "8")}
-CONTROLLED = {
-    "elements": ("smoothed",),
-    "precision": ("float64",),
-    "tolerance": (1e-2, 1e-3, 1e-4),
-    "newton_iterations": (2,),
-    "method": ("static",),
-    "qps": (1, 4, 64),
-}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Case:
-    """A row of the table.
-
-    Attributes:
-        scene: its name.
-        given: its settings beside `cells`.
-        seconds: simulated.
-        functionals: what is measured of the motion, the first one first.
-        controlled: errors are those of the functionals, as a controller's trajectories part.
-        time_step: the shipped one, s.
-        meshes: of the grid, coarse to fine; those with cells where the scene has that setting.
-        time_steps: of the grid, coarse to fine.
-        knobs: other values than the default's.
-        finest, beside: meshes of the reference and their smallest time steps (`reference.py`).
-        elements: of the reference.
-        quick: other values of these fields for `--quick`.
-        products: most points that combine knobs, and most in a round of neighbours.
-        reach: times the default's cost up to which knobs are combined.
-        peers: other programs that can run it (`peers.py`).
-    """
-
-    scene: str
-    given: Mapping[str, float] = field(default_factory=dict)
-    seconds: float
-    functionals: tuple[str, ...]
-    controlled: bool = False
-    time_step: float = 1.0 / 120.0
-    meshes: tuple[Mesh, ...]
-    time_steps: tuple[float, ...]
-    knobs: Mapping[str, tuple[Any, ...]]
-    finest: tuple[Mesh, float]
-    beside: tuple[Mesh, float]
-    elements: Elements = "smoothed"
-    quick: Mapping[str, Any] = field(default_factory=dict)
-    products: int = 24
-    reach: float = 16.0
-    peers: tuple[str, ...] = ()
-
-    @property
-    def default(self) -> Settings:
-        """The point that `run` makes where nothing is said."""
-        return Settings(time_step=self.time_step)
-
-    def quickly(self) -> Case:
-        """The same, short and coarse."""
-        return replace(self, **{"products": 6, **self.quick})
-
-
-FINER: Mesh = (None, 1)
-FINEST: Mesh = (None, 2)
 BEAM: Mapping[str, Any] = {
     "seconds": 1.0,
     "meshes": ((1, 0), (2, 0), OWN, FINER),
@@ -107,25 +39,6 @@ SHORT: Mapping[str, Any] = {
     "finest": (FINER, TIME_STEPS[2]),
     "beside": (OWN, TIME_STEPS[4]),
 }
-LETTER: Mapping[str, Any] = {
-    "controlled": True,
-    "time_step": TIME_STEPS[1],
-    "meshes": (OWN, FINER),
-    "time_steps": TIME_STEPS[:3],
-    "knobs": CONTROLLED,
-    "finest": (FINER, TIME_STEPS[3]),
-    "beside": (OWN, TIME_STEPS[3]),
-    "elements": "linear",
-    "products": 8,
-    "reach": 4.0,
-    "quick": {
-        "meshes": (OWN,),
-        "time_steps": TIME_STEPS[:3],
-        "finest": (OWN, TIME_STEPS[3]),
-        "beside": (OWN, TIME_STEPS[3]),
-    },
-}
-
 CASES = {
     case.scene: case
     for case in (
@@ -182,19 +95,7 @@ CASES = {
             beside=(OWN, TIME_STEPS[6]),
             quick={"seconds": 0.4, "meshes": (OWN,), **SHORT},
         ),
-        Case(
-            scene="balance-i",
-            seconds=3.0,
-            functionals=("largest_tilt", "upright_again", "last_tilt"),
-            **LETTER,
-        ),
-        Case(
-            scene="jump-i",
-            seconds=3.0,
-            functionals=("apex", "way_ahead", "last_tilt"),
-            **LETTER,
-        ),
-        Case(scene="roll-o", seconds=3.0, functionals=("rolled", "way_ahead"), **LETTER),
+        *LETTERS,
     )
 }
 """One row a scene."""

@@ -12,12 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from warp_softbody import __version__, scenes
+from warp_softbody.accuracy.case import TIME_STEPS, Case
 from warp_softbody.accuracy.chart import SETTLED
 from warp_softbody.accuracy.design import usable_meshes
 from warp_softbody.accuracy.motion import Motion, Ruler, extrapolated, motion_of
 from warp_softbody.accuracy.running import Outcome
 from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.table import TIME_STEPS, Case
 from warp_softbody.accuracy.track import body_size
 from warp_softbody.accuracy.tuning import Tuned
 from warp_softbody.errors import InputError, SoftBodyError

@@ -11,15 +11,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.arguments import whole
+from warp_softbody.errors import InputError, MissingExtraError, OutputError, SoftBodyError
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from warp_softbody.accuracy.case import Case
     from warp_softbody.accuracy.chart import Chart
     from warp_softbody.accuracy.sweep import Progress
-    from warp_softbody.accuracy.table import Case
 
 FOLDER = Path("frontier")
+FAILED = 2
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -61,32 +63,52 @@ def add_sweep_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Make the charts and write their files; return 0.
+    """Make the charts and write their files; return 0, or 2 where a scene of all failed.
 
     Raises:
         SoftBodyError: the sentence for the user.
     """
-    from warp_softbody.accuracy.files import as_dict, write_tables
     from warp_softbody.accuracy.peers import require_peers
-    from warp_softbody.accuracy.picture import draw, require_matplotlib
+    from warp_softbody.accuracy.picture import require_matplotlib
 
     cases = _cases(args.scene)
     require_matplotlib()
     if args.peers:
         require_peers()
     told: list[dict[str, Any]] = []
-    with sweep_workers(args) as executor:
-        for case in cases:
-            chart = charted(case, args, executor, args.journal or args.out / "journal")
-            table, note = write_tables(chart, args.out)
-            picture = draw(chart, args.out / f"{case.scene}.png")
-            files = [str(path) for path in (table, note, picture)]
-            told.append({**as_dict(chart), "files": files})
-            if not args.json:
-                print("\n".join([*lines(chart), *(f"  {path}" for path in files)]), flush=True)
+    failed: list[str] = []
+    for case in cases:
+        try:
+            # processes of their own, so that one that is ended from outside costs one scene
+            with sweep_workers(args) as executor:
+                told.append(_made(case, args, executor))
+        except (InputError, MissingExtraError, OutputError):
+            # the next scene would meet the same
+            raise
+        except SoftBodyError as error:
+            if len(cases) == 1:
+                raise
+            failed.append(case.scene)
+            print(f"warp-softbody: no chart of {case.scene}: {error}", file=sys.stderr, flush=True)
     if args.json:
-        print(json.dumps({"charts": told}, allow_nan=False))
-    return 0
+        print(json.dumps({"charts": told, "failed": failed}, allow_nan=False))
+    if failed:
+        print(f"warp-softbody: failed: {', '.join(failed)}", file=sys.stderr)
+    return FAILED if failed else 0
+
+
+def _made(case: Case, args: argparse.Namespace, executor: Executor) -> dict[str, Any]:
+    """A scene's chart and its files."""
+    from warp_softbody.accuracy.files import as_dict, write_tables
+    from warp_softbody.accuracy.picture import draw
+
+    chart = charted(case, args, executor, args.journal or args.out / "journal")
+    table, note = write_tables(chart, args.out)
+    picture = draw(chart, args.out / f"{case.scene}.png")
+    files = [str(path) for path in (table, note, picture)]
+    if not args.json:
+        print("\n".join([*lines(chart), *(f"  {path}" for path in files)]), flush=True)
+    return {**as_dict(chart), "files": files}
 
 
 def _cases(scene: str) -> list[Case]:
@@ -133,13 +155,20 @@ def _progress(text: str) -> None:
 def lines(chart: Chart) -> list[str]:
     """The reference with its evidence, and the frontier."""
     reference, default = chart.reference, chart.case.default
+    finest, beside = reference.finest, reference.beside
     told = [
         f"{chart.case.scene}: {len(chart.points)} points of {chart.case.seconds:g} s",
-        f"  reference   {reference.finest.differences(default)}; the rest of the way to dt = 0 "
-        f"as {reference.beside.differences(reference.finest)}",
+        f"  reference   {finest.differences(default)}; "
+        + ("beside it " if chart.case.controlled else "the rest of the way to dt = 0 as ")
+        + beside.differences(finest),
         f"              the coarser mesh differs by {_percent(reference.mesh_change)}, twice the "
-        f"least time step by {_percent(reference.time_change)}, what a time step changes on "
-        f"either mesh by {_percent(reference.mixed_change)}",
+        f"least time step by {_percent(reference.time_change)}",
+    ]
+    if not chart.case.controlled:
+        told[-1] += (
+            f", what a time step changes on either mesh by {_percent(reference.mixed_change)}"
+        )
+    told += [
         f"  as shipped  {chart.default.outcome.cost:.4g} ms per simulated second, "
         f"error {_percent(chart.default.error)}",
         "  frontier",

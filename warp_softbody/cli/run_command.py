@@ -11,7 +11,7 @@ from warp_softbody.cli.engine import warp_engine
 from warp_softbody.cli.interruption import Interruption
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.tune_command import share
-from warp_softbody.cli.tuned_options import search_budget, tuned_plan
+from warp_softbody.cli.tuned_options import tuned_engine, tuned_plan
 from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.options import CONES, ELEMENTS, TANGENTS
 
@@ -112,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
     plan, method = _planned(args)
     recorder = _recorder(args, plan, method)
     with (
-        search_budget(args),
+        tuned_engine(args),
         Interruption() as interruption,
         ProgressBar(plan.name, args.seconds, quiet=args.quiet) as progress,
         warp_engine(args.device, progress.compiling),

@@ -15,9 +15,9 @@ from warp_softbody.errors import InputError
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from warp_softbody.accuracy.case import Case
     from warp_softbody.accuracy.running import Outcome
     from warp_softbody.accuracy.settings import Settings
-    from warp_softbody.accuracy.table import Case
     from warp_softbody.accuracy.tuning import Tuned
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +28,11 @@ OPTIONS = {
 }
 """Options of `run` that are knobs, with what they are where they are not given."""
 
-OTHERS = {"level": 0, "newton_iterations": 1, "tolerance": None, "qps": None}
-"""Knobs that `run` has no options for."""
+OTHERS = {"level": 0, "newton_iterations": 1, "tolerance": None}
+"""Knobs that `run` has no options for; those inside the engine are left to `tuned_engine`."""
+
+SCENE_KNOBS = ("cells", "patches")
+"""Knobs that are settings of the scene."""
 
 
 def tuned_plan(args: argparse.Namespace) -> ScenePlan:
@@ -42,11 +45,14 @@ def tuned_plan(args: argparse.Namespace) -> ScenePlan:
     return replace(plan, scene=refined_scene(plan.scene, args.level))
 
 
-def search_budget(args: argparse.Namespace) -> AbstractContextManager[None]:
-    """What the controller's search may spend, once `tuned_plan` has been called."""
-    from warp_softbody.accuracy.budget import qp_budget
+def tuned_engine(args: argparse.Namespace) -> AbstractContextManager[None]:
+    """What the stored settings change inside the engine, once `tuned_plan` has been called."""
+    if args.tuned is None:
+        return nullcontext()
+    from warp_softbody.accuracy.inner_knobs import inner_knobs
+    from warp_softbody.accuracy.settings import Settings
 
-    return qp_budget(args.qps)
+    return inner_knobs(Settings.from_dict(args.tuned["settings"]))
 
 
 def _take(args: argparse.Namespace) -> None:
@@ -66,15 +72,16 @@ def _take(args: argparse.Namespace) -> None:
 
     case = case_of(args.scene)
     values = scenes.make(args.scene, unique(args.set, "--set")).settings
-    given = {key: values[key] for key, _ in args.set if key != "cells"}
+    given = {key: values[key] for key, _ in args.set if key not in SCENE_KNOBS}
     tuned = find(args.scene, args.error, given)
     knobs: dict[str, Any] = tuned.settings.to_dict()
     knobs["controller"] = knobs["method"] if case.controlled else None
     for name, plain in {**OPTIONS, **OTHERS}.items():
         if getattr(args, name) == plain:
             setattr(args, name, knobs[name])
-    if knobs["cells"] is not None and "cells" not in dict(args.set):
-        args.set = [*args.set, ("cells", str(knobs["cells"]))]
+    for name in SCENE_KNOBS:
+        if knobs[name] is not None and name not in dict(args.set):
+            args.set = [*args.set, (name, str(knobs[name]))]
     args.tuned = {"bound": tuned.bound, "error": tuned.error, "settings": tuned.settings.to_dict()}
     if not (args.quiet or args.json):
         print(_reminder(tuned, case.default, given), file=sys.stderr)

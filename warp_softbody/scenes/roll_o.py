@@ -12,7 +12,7 @@ from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.roll import Leg, Roll, RollGains
 from warp_softbody.ground import Plane
 from warp_softbody.scene import Scene
-from warp_softbody.scenes.plan import SceneRecipe, Values
+from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS
 
 STRENGTH = 1.3e6  # Pa
@@ -36,6 +36,7 @@ other meshes."""
 AWAY = (Leg(direction=1.0, turn=np.radians(260.0)),)
 RETURN = tuple(Leg(direction=way, turn=np.radians(110.0)) for way in (1.0, -1.0))
 FRICTION = PUSH_SETTINGS[-1]
+PATCHES = Setting(name="patches", default=6, low=4, high=8, help="contacts that the plan knows")
 
 
 def rolling_letter() -> Character:
@@ -48,7 +49,7 @@ def rolling_letter() -> Character:
 
 def _build(values: Values, legs: tuple[Leg, ...]) -> tuple[Scene, Roll]:
     scene = Scene(character=rolling_letter(), ground=Plane(friction=values["friction"]))
-    return scene, Roll(GAINS, legs=legs, rim="rim")
+    return scene, Roll(GAINS, legs=legs, rim="rim", patches=int(values["patches"]))
 
 
 def build(values: Values) -> tuple[Scene, Roll]:
@@ -64,7 +65,7 @@ def build_return(values: Values) -> tuple[Scene, Roll]:
 ROLL_O = SceneRecipe(
     name="roll-o",
     description="letter O rolls to the right, then limp",
-    settings=(FRICTION,),
+    settings=(FRICTION, PATCHES),
     build=build,
     seconds=10.0,
     time_step=1.0 / 60.0,
@@ -73,7 +74,7 @@ ROLL_O = SceneRecipe(
 ROLL_O_RETURN = SceneRecipe(
     name="roll-o-return",
     description="letter O rolls right, stops and rolls back left",
-    settings=(FRICTION,),
+    settings=(FRICTION, PATCHES),
     build=build_return,
     seconds=14.0,
     time_step=1.0 / 60.0,
