@@ -2,8 +2,10 @@
 #   make demo       installs into .venv and runs the main job: a letter that keeps its balance
 #   make test       lints, type-checks and runs every test but the long ones
 #   make test-long  the long ones
-#   make charts     charts error over cost of the scenes into docs/frontier (an hour or two), and
-#                   stores the settings that `run --error` uses; stopped, it goes on where it was
+#   make charts     charts error over cost of the scenes into docs/frontier (an hour on two cores),
+#                   stores the settings that `run --error` uses, and brings the tables of
+#                   docs/frontier.md up to date; stopped, it goes on where it was
+#   make charts WORKERS=1   one run at a time, on a core that shares nothing with another run
 #   make clean      removes what the others made
 # Another interpreter: make PYTHON=python3.12 demo
 
@@ -36,14 +38,16 @@ test: $(VENV)/.dev
 test-long: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -m long
 
-# One run at a time, so that costs are those of a core that shares nothing with another run.
+# A scene that fails is passed over; the rest is made and told before make fails.
 charts: $(VENV)/.charts
-	$(BIN)/python -m warp_softbody chart all --peers --workers 1 \
-		--out docs/frontier --journal $(OUT)/frontier
+	failed=0; \
+	$(BIN)/python -m warp_softbody chart all --peers $(if $(WORKERS),--workers $(WORKERS)) \
+		--out docs/frontier --journal $(OUT)/frontier || failed=1; \
 	for pair in $(TUNED); do \
 		$(BIN)/python -m warp_softbody tune $${pair%=*} --error $${pair#*=} --workers 1 \
-			--journal $(OUT)/frontier --out warp_softbody/accuracy/tuned.json || exit 1; \
-	done
+			--journal $(OUT)/frontier --out warp_softbody/accuracy/tuned.json || failed=1; \
+	done; \
+	$(BIN)/python -m benchmarks.frontier_table --write docs/frontier.md && exit $$failed
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -21,5 +21,8 @@ class Inline(Executor):
         """Run it."""
         self.calls += 1
         future: Future[T] = Future()
-        future.set_result(fn(*args, **kwargs))
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
         return future

@@ -13,8 +13,10 @@ from typing import Any
 import pytest
 
 from tests.accuracy.inline import Inline
-from warp_softbody.accuracy import picture, store, table
+from warp_softbody.accuracy import functionals, picture, store, table
 from warp_softbody.accuracy.case import TIME_STEPS
+from warp_softbody.accuracy.functionals import Functional
+from warp_softbody.accuracy.track import Track
 from warp_softbody.cli import chart_command, main, tune_command
 
 TINY = replace(
@@ -185,6 +187,44 @@ def test_shipped_settings_are_found_and_own_ones_come_first(
     shipped = store.find("cantilever", 0.6)
     store.save(replace(shipped, cost=1e-3), store.own_file())
     assert store.find("cantilever", 0.6).cost == 1e-3
+
+
+def test_all_goes_on_where_a_scene_fails(
+    runs: list[Inline],
+    journal: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The first one has a functional that raises; the second one's files are written."""
+    pytest.importorskip("matplotlib")
+
+    def broken(track: Track) -> float:
+        raise ValueError("no such thing")
+
+    wrong = Functional(unit="m", text="what cannot be measured", of=broken)
+    monkeypatch.setitem(functionals.FUNCTIONALS, "wrong", wrong)
+    other = replace(TINY, scene="twisted-bar", functionals=("wrong",))
+    monkeypatch.setattr(table, "CASES", {"twisted-bar": other, "cantilever": TINY})
+    where = ("--out", tmp_path, "--journal", journal)
+    code, out, err = answer(capsys, "chart", "all", *where)
+    assert code == 2
+    assert "no chart of twisted-bar: a run failed: ValueError: no such thing" in err
+    assert err.rstrip().endswith("failed: twisted-bar")
+    assert out.startswith("cantilever: ") and (tmp_path / "cantilever.csv").exists()
+    assert not (tmp_path / "twisted-bar.csv").exists()
+    code, out, err = answer(capsys, "chart", "all", *where, "--json")
+    told = json.loads(out)
+    assert (code, told["failed"], [one["scene"] for one in told["charts"]]) == (
+        2,
+        ["twisted-bar"],
+        ["cantilever"],
+    )
+    # nothing that was finished is run again
+    assert runs[-1].calls == 0
+    # where it is the only one, it is the command's own sentence
+    code, out, err = answer(capsys, "chart", "twisted-bar", *where)
+    assert (code, out, err.count("\n")) == (2, "", 1)
 
 
 def test_mistakes_are_one_sentence(

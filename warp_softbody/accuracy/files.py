@@ -31,7 +31,10 @@ def write_tables(chart: Chart, folder: Path) -> tuple[Path, Path]:
 
 def as_csv(chart: Chart) -> str:
     """One row a point, ours by cost, then the peers."""
-    rows = [row(point) for point in _ordered(chart)]
+    default = chart.case.default
+    rows = [
+        {**row(point), "differs": point.settings.differences(default)} for point in _ordered(chart)
+    ]
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()
@@ -92,7 +95,7 @@ def as_dict(chart: Chart) -> dict[str, Any]:
             else "root mean square distance of material points over all frames, by the body's size"
         ),
         "functionals": {
-            name: {"text": FUNCTIONALS[name].text, "unit": FUNCTIONALS[name].unit}
+            name: {key: getattr(FUNCTIONALS[name], key) for key in ("text", "unit", "scale")}
             for name in case.functionals
         },
         "reference": chart.reference.to_dict(),

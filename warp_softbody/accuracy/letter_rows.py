@@ -44,6 +44,13 @@ LETTER: Mapping[str, Any] = {
     },
 }
 ROLLING = {**LETTER, "knobs": {**CONTROLLED, "patches": (4, 8)}}
+RETURNING = {
+    **ROLLING,
+    "finest": (FINER, TIME_STEPS[1]),
+    "beside": (OWN, TIME_STEPS[2]),
+    "quick": {**LETTER["quick"], "finest": (OWN, TIME_STEPS[1])},
+}
+"""Takes twice as long as the others."""
 SLIDES = ("gone", "largest_tilt")
 
 LETTERS = (
@@ -81,7 +88,7 @@ LETTERS = (
         scene="roll-o-return",
         seconds=7.5,
         functionals=("rolled_furthest", "rolled_back"),
-        **{**ROLLING, "finest": (FINER, TIME_STEPS[1]), "beside": (OWN, TIME_STEPS[2])},
+        **RETURNING,
     ),
     Case(scene="crawl-i", seconds=2.9, functionals=("gone", "slipped"), **LETTER),
     Case(

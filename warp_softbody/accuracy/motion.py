@@ -75,8 +75,10 @@ class Ruler:
         return float(np.sqrt((apart**2).sum(axis=2).mean())) / self.size
 
     def differences(self, motion: Motion, reference: Motion) -> dict[str, float]:
-        """Of each functional, relative to its scale."""
-        return {
-            name: abs(motion.functionals[name] - value) / (FUNCTIONALS[name].scale or abs(value))
-            for name, value in reference.functionals.items()
-        }
+        """Of each functional, relative to its scale; infinite where that is 0, as of a height."""
+        found = {}
+        for name, value in reference.functionals.items():
+            apart = abs(motion.functionals[name] - value)
+            scale = FUNCTIONALS[name].scale or abs(value)
+            found[name] = apart / scale if scale else (np.inf if apart else 0.0)
+        return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -78,7 +79,7 @@ def choose(chart: Chart, bound: float) -> Tuned:
         raise InputError(
             f"no settings of {scene!r} hold {_percent(bound)} with the margin: the best point is "
             f"off by {_percent(best)}, and the reference is only known to {_percent(floor)}; the "
-            f"least bound that can be held is {_percent((best + floor) / MARGIN)}"
+            f"least bound that can be held is {_percent(_above((best + floor) / MARGIN))}"
         )
     chosen, default = _plainest(chart, holding), chart.default
     return Tuned(
@@ -136,6 +137,12 @@ def _left_out(chart: Chart, chosen: Point) -> list[str]:
     if unsettled:
         told.append(f"{len(unsettled)} cheaper points whose steps did not settle, or that failed")
     return told
+
+
+def _above(share: float) -> float:
+    """Rounded up to the two digits that are told, so that the bound told can be held."""
+    digit = 10.0 ** (math.floor(math.log10(share)) - 1)
+    return math.ceil(share / digit) * digit
 
 
 def _percent(share: float) -> str:

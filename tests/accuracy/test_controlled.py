@@ -1,0 +1,129 @@
+"""References of controlled scenes, which have no limit, and what may be promised of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warp_softbody.accuracy.case import Case
+from warp_softbody.accuracy.chart import Chart, Point
+from warp_softbody.accuracy.design import first_points, reference_family, useful
+from warp_softbody.accuracy.letter_rows import LETTERS
+from warp_softbody.accuracy.motion import Motion, Ruler
+from warp_softbody.accuracy.reference import Reference, reference_of
+from warp_softbody.accuracy.running import Outcome
+from warp_softbody.accuracy.settings import Settings
+from warp_softbody.accuracy.table import CASES
+from warp_softbody.accuracy.tuning import MARGIN, choose
+from warp_softbody.errors import InputError
+
+RULER = Ruler(size=1.0, by_functionals=True)
+CASE = CASES["balance-i"]
+TILT = 20.0
+STEP_DOES, MESH_DOES, KNOB_DOES = 0.3, 5.4, 0.9
+"""Degrees: for each 1/240 s of the step, of the coarser mesh, and of a looser solve."""
+
+
+def outcome(settings: Settings) -> Outcome:
+    """A largest tilt that is off by the time step, the mesh and the tolerance; nothing else is."""
+    off = STEP_DOES * 240.0 * settings.time_step
+    off += MESH_DOES * (settings.level == 0) + KNOB_DOES * (settings.tolerance == 1e-2)
+    work = 8.0**settings.level * (0.7 if settings.tolerance == 1e-2 else 1.0)
+    return Outcome(
+        status="complete",
+        cost=10.0 * work / settings.time_step,
+        setup=0.1,
+        memory=1.0,
+        tets=1048 * 8**settings.level,
+        nodes=300,
+        iterations=5.0,
+        passes=1.0,
+        qps=2.0,
+        unconverged=0.0,
+        functionals={"largest_tilt": TILT + off, "upright_again": 2.0, "last_tilt": 0.0},
+        path=np.zeros((2, 4, 3), dtype=np.float32),
+    )
+
+
+def outcomes(case: Case = CASE) -> dict[Settings, Outcome]:
+    return {settings: outcome(settings) for settings in first_points(case)}
+
+
+def chart() -> Chart:
+    """All first points, judged."""
+    runs = outcomes()
+    reference = reference_of(CASE, runs, RULER)
+    points = [
+        Point(settings=one, outcome=run, error=reference.error(run), on_frontier=True)
+        for one, run in runs.items()
+        if one not in reference_family(CASE)
+    ]
+    return Chart(case=CASE, reference=reference, points=tuple(points))
+
+
+def test_the_reference_is_a_run_and_nothing_is_extrapolated() -> None:
+    """90 degrees are the scale of tilts; the last halving on the own mesh is 1/240 s."""
+    reference: Reference = reference_of(CASE, outcomes(), RULER)
+    assert reference.motion.functionals["largest_tilt"] == pytest.approx(TILT + 2.0 * STEP_DOES)
+    assert reference.mesh_change == pytest.approx(MESH_DOES / 90.0)
+    assert reference.time_change == pytest.approx(STEP_DOES / 90.0)
+    assert reference.mixed_change == 0.0
+    assert reference.uncertainty == pytest.approx((MESH_DOES + STEP_DOES) / 90.0)
+
+
+@pytest.mark.parametrize("case", LETTERS, ids=lambda case: case.scene)
+def test_three_runs_make_a_reference(case: Case) -> None:
+    """No more, as the refined mesh is what costs; and all that is needed."""
+    for chosen in (case, case.quickly()):
+        family = reference_family(chosen)
+        reference_of(chosen, {one: outcome_of(case) for one in family}, RULER)
+        assert chosen.beside[1] == pytest.approx(0.5 * chosen.finest[1])
+    family = reference_family(case)
+    assert len(family) == 3 and sum(one.level for one in family) == 1
+
+
+def outcome_of(case: Case) -> Outcome:
+    values = dict.fromkeys(case.functionals, 1.0)
+    return replace(outcome(case.default), functionals=values)
+
+
+def test_tune_promises_what_the_reference_allows_and_no_less() -> None:
+    made = chart()
+    floor = (MESH_DOES + STEP_DOES) / 90.0
+    # the best point is the refined mesh as shipped else, off by the step: 4 less 2 of 1/240 s
+    best = 2.0 * STEP_DOES / 90.0
+    least = (best + floor) / MARGIN
+    assert choose(made, 1.0001 * least).settings.level == 1
+    with pytest.raises(InputError, match=r"the reference is only known to 6\.3%") as refused:
+        choose(made, 0.9999 * least)
+    # what the sentence names is held
+    told = float(str(refused.value).rpartition(" is ")[2].rstrip("%")) / 100.0
+    assert least <= told < 1.1 * least and choose(made, told).settings.level == 1
+    # a wide bound is held by something cheaper than what is shipped
+    loose = choose(made, 0.5)
+    assert loose.cost < loose.default_cost and loose.uncertainty == pytest.approx(floor)
+
+
+def test_nothing_of_nothing_is_no_error() -> None:
+    """Heights may be exactly 0, of what is compared or of what it is compared with."""
+    case = CASES["crawl-i-inchworm"]
+    flat, arched = (
+        Motion(path=np.zeros((1, 1, 3)), functionals={**outcome_of(case).functionals, "arch": h})
+        for h in (0.0, 0.2)
+    )
+    assert RULER.distance(flat, flat) == 0.0
+    assert RULER.distance(flat, arched) == 1.0
+    assert RULER.distance(arched, flat) == np.inf
+
+
+def test_dear_values_are_not_combined() -> None:
+    """The refined mesh errs less for eight times the cost, beyond the case's reach."""
+    from warp_softbody.accuracy.design import Measured
+
+    measured = [
+        Measured(settings=one.settings, cost=one.outcome.cost, error=one.error or 0.0)
+        for one in chart().points
+    ]
+    assert useful(CASE, measured) == {"tolerance": [None, 1e-2]}
