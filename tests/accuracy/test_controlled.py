@@ -17,7 +17,7 @@ from warp_softbody.accuracy.running import Outcome
 from warp_softbody.accuracy.settings import Settings
 from warp_softbody.accuracy.table import CASES
 from warp_softbody.accuracy.tuning import MARGIN, choose
-from warp_softbody.errors import InputError
+from warp_softbody.errors import InputError, SoftBodyError
 
 RULER = Ruler(size=1.0, by_functionals=True)
 CASE = CASES["balance-i"]
@@ -116,6 +116,12 @@ def test_nothing_of_nothing_is_no_error() -> None:
     assert RULER.distance(flat, flat) == 0.0
     assert RULER.distance(flat, arched) == 1.0
     assert RULER.distance(arched, flat) == np.inf
+    runs = {one: outcome_of(case) for one in reference_family(case)}
+    finest = next(one for one in runs if one.level)
+    values = {**runs[finest].functionals, "arch": 0.0}
+    runs[finest] = replace(runs[finest], functionals=values)
+    with pytest.raises(SoftBodyError, match="'crawl-i-inchworm' has a functional that is 0"):
+        reference_of(case, runs, RULER)
 
 
 def test_dear_values_are_not_combined() -> None:

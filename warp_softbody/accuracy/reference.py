@@ -9,6 +9,7 @@ itself, and s = c / 2.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -72,8 +73,15 @@ def reference_of(case: Case, outcomes: Outcomes, ruler: Ruler) -> Reference:
     """Take it from the runs of its family.
 
     Raises:
-        SoftBodyError: one of the runs that it needs did not end well.
+        SoftBodyError: one of the runs that it needs did not end well, or it does nothing at all.
     """
+    reference = _reference_of(case, outcomes, ruler)
+    if not math.isfinite(reference.uncertainty):
+        raise SoftBodyError(f"the reference of {case.scene!r} has a functional that is 0")
+    return reference
+
+
+def _reference_of(case: Case, outcomes: Outcomes, ruler: Ruler) -> Reference:
     finest, beside = (reference_settings(case, *pair) for pair in (case.finest, case.beside))
 
     def limit(family: Settings, step: float) -> Motion:

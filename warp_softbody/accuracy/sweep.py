@@ -30,11 +30,6 @@ def sweep(
             progress(total - len(missing) + count, total)
     except BrokenProcessPool as error:
         raise SoftBodyError("a process that made runs was ended from outside") from error
-    except SoftBodyError:
-        raise
-    except Exception as error:
-        # whatever goes wrong in a run of a scene is told as one sentence, wherever it was made
-        raise SoftBodyError(f"a run failed: {type(error).__name__}: {error}") from error
     finally:
         for future in running:
             future.cancel()

@@ -85,11 +85,14 @@ def run(args: argparse.Namespace) -> int:
         except (InputError, MissingExtraError, OutputError):
             # the next scene would meet the same
             raise
-        except SoftBodyError as error:
+        except Exception as error:
+            # an hour's other scenes are not lost by a mistake in one
             if len(cases) == 1:
                 raise
             failed.append(case.scene)
-            print(f"warp-softbody: no chart of {case.scene}: {error}", file=sys.stderr, flush=True)
+            kind = "" if isinstance(error, SoftBodyError) else f"{type(error).__name__}: "
+            sentence = " ".join(f"no chart of {case.scene}: {kind}{error}".split())
+            print(f"warp-softbody: {sentence}", file=sys.stderr, flush=True)
     if args.json:
         print(json.dumps({"charts": told, "failed": failed}, allow_nan=False))
     if failed:
