@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tests.accuracy import synthetic
+from warp_softbody.accuracy import trials
 from warp_softbody.accuracy.motion import Ruler
 from warp_softbody.accuracy.running import Outcome
 from warp_softbody.accuracy.settings import Settings
@@ -39,6 +40,24 @@ def test_the_cheapest_that_holds(bound: float) -> None:
     ]
     cheaper = [one for one in points if synthetic.outcome(one).cost < trial.cost]
     assert all(true_error(one) + 2.0 * trial.doubt > bound for one in cheaper)
+
+
+@pytest.mark.parametrize("bound", [0.002, 0.0012])
+def test_a_finer_mesh_sharpens_the_reference(monkeypatch: pytest.MonkeyPatch, bound: float) -> None:
+    """The doubt stays above what the reference is off by, and what holds is no dearer."""
+    case = replace(synthetic.CASE, meshes=((None, 0),))
+    monkeypatch.setattr(trials, "MOST_TETS", 0)
+    blunt = Trials(case, synthetic.outcome, RULER)
+    first = blunt.settle(bound)
+    assert max(settings.level for settings in blunt.outcomes) == 1
+    monkeypatch.setattr(trials, "MOST_TETS", 10**6)
+    sharp = Trials(case, synthetic.outcome, RULER)
+    # so that the mesh's part of the doubt is more than its share of every bound
+    monkeypatch.setattr(trials, "DOUBT", 1e-3)
+    second = sharp.settle(bound)
+    assert max(settings.level for settings in sharp.outcomes) == 2
+    assert second.doubt < 0.5 * first.doubt and second.cost <= first.cost
+    assert abs(second.error - true_error(second.settings)) <= second.doubt + 1e-7
 
 
 def test_a_bound_that_nothing_holds_is_refused() -> None:
