@@ -15,11 +15,12 @@ import pytest
 
 from tests.accuracy.inline import Inline
 from warp_softbody.accuracy.journal import Journal
-from warp_softbody.accuracy.running import Job, Outcome
+from warp_softbody.accuracy.running import Job, Outcome, run_job
 from warp_softbody.accuracy.settings import Settings
 from warp_softbody.accuracy.sweep import sweep
 from warp_softbody.accuracy.workers import workers
 from warp_softbody.errors import InputError
+from warp_softbody.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
 MESHES = (1, 2, 3)
@@ -177,6 +178,22 @@ def test_a_combination_that_is_refused_does_not_end_a_sweep(tmp_path: Path) -> N
     assert not outcome.complete and "warped tangent" in outcome.status
     kept = Journal(tmp_path, "cantilever").outcomes[wrong.key]
     assert kept.status == outcome.status
+
+
+def test_a_run_that_breaks_down_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where it is a plan that refuses numbers that are not finite; the frames before stay."""
+    step = Simulation.step
+
+    def breaks(simulation: Simulation) -> None:
+        if simulation.time > 0.09:
+            raise InputError("QPCC hessian must be finite")
+        step(simulation)
+
+    monkeypatch.setattr(Simulation, "step", breaks)
+    outcome = run_job(jobs()[0])
+    assert outcome.status == "QPCC hessian must be finite" and not outcome.complete
+    # at 1/30 s: t = 0, 1/30, 2/30 and 3/30
+    assert (outcome.tets, len(outcome.path), outcome.functionals) == (30, 4, {})
 
 
 def test_gains_are_part_of_a_runs_key(monkeypatch: pytest.MonkeyPatch) -> None:
