@@ -56,9 +56,7 @@ def chart() -> Chart:
     runs = outcomes()
     reference = reference_of(CASE, runs, RULER)
     points = [
-        Point(settings=one, outcome=run, error=reference.error(run), on_frontier=True)
-        for one, run in runs.items()
-        if one not in reference_family(CASE)
+        Point(settings=one, outcome=run, error=reference.error(run)) for one, run in runs.items()
     ]
     return Chart(case=CASE, reference=reference, points=tuple(points))
 

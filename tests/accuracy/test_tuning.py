@@ -67,6 +67,19 @@ def test_a_bound_that_nothing_holds_is_refused() -> None:
         choose(made, 0.01)
 
 
+def test_the_least_bound_told_is_that_of_every_point_but_the_references_own() -> None:
+    """Also of a point that is not on the frontier, as it is below what can be told apart."""
+    finest = REFERENCE.finest
+    made = chart((DEFAULT, 10.0, 0.1), (SMOOTH, 20.0, 0.03), (finest, 90.0, 0.0))
+    points = [replace(p, on_frontier=p.settings == DEFAULT) for p in made.points]
+    made = replace(made, points=tuple(points))
+    with pytest.raises(InputError, match="the best point is off by 3%"):
+        choose(made, 0.01)
+    nothing = replace(made, points=(replace(made.points[0], error=None), made.points[2]))
+    with pytest.raises(InputError, match="the best point is off by inf%"):
+        choose(nothing, 0.01)
+
+
 def test_what_ships_can_be_run() -> None:
     shipped = store.load(store.SHIPPED)
     assert shipped

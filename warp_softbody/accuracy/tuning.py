@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from warp_softbody.accuracy.design import reference_family
 from warp_softbody.accuracy.settings import Settings
 from warp_softbody.errors import InputError
 
@@ -69,13 +70,17 @@ class Tuned:
 def choose(chart: Chart, bound: float) -> Tuned:
     """The cheapest point that holds ``bound`` with the margin, of those alike the plainest.
 
+    The reference's own runs are no settings to choose: nothing says what they err by.
+
     Raises:
         InputError: none does; the sentence says what the chart can promise.
     """
     scene, floor = chart.case.scene, chart.reference.uncertainty
-    holding = [point for point in chart.points if point.eligible and _holds(point, bound, floor)]
+    own = set(reference_family(chart.case))
+    eligible = [point for point in chart.points if point.eligible and point.settings not in own]
+    holding = [point for point in eligible if _holds(point, bound, floor)]
     if not holding:
-        best = min(point.error for point in chart.frontier if point.error is not None)
+        best = min((_error(point) for point in eligible), default=math.inf)
         raise InputError(
             f"no settings of {scene!r} hold {_percent(bound)} with the margin: the best point is "
             f"off by {_percent(best)}, and the reference is only known to {_percent(floor)}; the "
@@ -141,6 +146,8 @@ def _left_out(chart: Chart, chosen: Point) -> list[str]:
 
 def _above(share: float) -> float:
     """Rounded up to the two digits that are told, so that the bound told can be held."""
+    if not math.isfinite(share):
+        return share
     digit = 10.0 ** (math.floor(math.log10(share)) - 1)
     return math.ceil(share / digit) * digit
 
