@@ -36,7 +36,7 @@ class Pieces:
 
     Attributes:
         still: (p, 1 + nu + 6K): T times the velocity's affine map, T times Wf, and T.
-        spread: (p, 12K): what an amplitude adds to ``ContactMaps.base``.
+        spread: (p, 9K + m): what an amplitude adds to ``ContactMaps.base``.
         rows: (K, r, 6): ``rows (f, w) >= 0``, padded.
         kept: (K r,), which of the padded rows are rows.
     """
@@ -49,7 +49,7 @@ class Pieces:
     @property
     def basis(self) -> FloatArray:
         """E transposed, (p, 3K): forces are f = E y."""
-        return self.spread[:, : self.spread.shape[1] // 4]
+        return self.spread[:, : 3 * len(self.rows)]
 
     def test(self, both: FloatArray) -> FloatArray:
         """The rows, (r, c), as affine maps of the force and velocity of every contact, (6K, c)."""
@@ -70,22 +70,22 @@ class ContactMaps:
     """Affine maps of one problem, whose columns are the constant, then the controls.
 
     Attributes:
-        base: (12K, 1 + nu), where all forces are zero: the forces, 3K rows; force and velocity
-            contact by contact, six rows each; the objective's slope in the forces, 3K rows.
+        base: (9K + m, 1 + nu), where all forces are zero: the forces, 3K rows; force and velocity
+            contact by contact, six rows each; the outputs, m rows.
     """
 
     def __init__(
-        self, table: PieceTable, free: FloatArray, mobility: FloatArray, slopes: FloatArray
+        self, table: PieceTable, free: FloatArray, mobility: FloatArray, outputs: FloatArray
     ) -> None:
-        """Take w = free (1, u) + mobility f and the objective's slope, slopes (1, u, f)."""
+        """Take w = free (1, u) + mobility f and any other map, outputs (1, u, f)."""
         count, width = len(free), free.shape[1]
         self._table = table
         self._moved = np.concatenate([free, mobility, _constants(count)[:, :count]], axis=1)
-        self.base = np.zeros((4 * count, width))
+        self.base = np.zeros((3 * count + len(outputs), width))
         by_contact = self.base[count : 3 * count].reshape(count // 3, 6, width)
         by_contact[:, 3:] = free.reshape(count // 3, 3, width)
-        self.base[3 * count :] = slopes[:, :width]
-        self._response = np.concatenate([_constants(count), slopes[:, width:].T], axis=1)
+        self.base[3 * count :] = outputs[:, :width]
+        self._response = np.concatenate([_constants(count), outputs[:, width:].T], axis=1)
         by_contact = self._response[:, count : 3 * count].reshape(count, count // 3, 6)
         by_contact[:, :, 3:] = mobility.T.reshape(count, count // 3, 3)
         self._known: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = {}
@@ -128,26 +128,30 @@ def _constants(count: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Elimination:
-    """The maps of ``ContactMaps`` with the forces eliminated, and the factors of T Wf E."""
+    """The maps of ``ContactMaps`` with the forces eliminated, and the factors of T Wf E.
+
+    ``count`` is 3K.
+    """
 
     maps: FloatArray
     factors: FloatArray
     pivots: FloatArray
+    count: int
 
     @property
     def affine(self) -> FloatArray:
         """(3K, 1 + nu): forces, constant first, then per control."""
-        return self.maps[: len(self.maps) // 4]
+        return self.maps[: self.count]
 
     @property
     def both(self) -> FloatArray:
         """(6K, 1 + nu): force and velocity, contact by contact."""
-        return self.maps[len(self.maps) // 4 : 3 * len(self.maps) // 4]
+        return self.maps[self.count : 3 * self.count]
 
     @property
-    def slopes(self) -> FloatArray:
-        """(3K, 1 + nu): the objective's slope in the forces."""
-        return self.maps[3 * len(self.maps) // 4 :]
+    def outputs(self) -> FloatArray:
+        """(m, 1 + nu)."""
+        return self.maps[3 * self.count :]
 
     def held(self, slopes: FloatArray) -> FloatArray:
         """(p,) multipliers of T w = 0 from slopes (p,) in the amplitudes."""
@@ -166,10 +170,10 @@ def eliminate(pieces: Pieces, maps: ContactMaps, well_posed: bool) -> Eliminatio
         well_posed: Wf is definite, so that only sliding can make the system singular, which
             shows in the size of its inverse; else its condition counts.
     """
-    width = maps.base.shape[1]
-    system = pieces.still[:, width : width + len(maps.base) // 4] @ pieces.basis.T
+    width, count = maps.base.shape[1], 3 * len(pieces.rows)
+    system = pieces.still[:, width : width + count] @ pieces.basis.T
     if not len(system):
-        return Elimination(maps.base, system, np.zeros(0))
+        return Elimination(maps.base, system, np.zeros(0), count)
     factors, pivots, singular = lapack.dgetrf(system)
     if singular:
         return None
@@ -180,7 +184,7 @@ def eliminate(pieces: Pieces, maps: ContactMaps, well_posed: bool) -> Eliminatio
     answer = np.asarray(lapack.dgetrs(factors, pivots, pieces.still[:, :width])[0], np.float64)
     if np.abs(answer).max() > GROWTH:
         return None
-    return Elimination(maps.base - pieces.spread.T @ answer, factors, pivots)
+    return Elimination(maps.base - pieces.spread.T @ answer, factors, pivots, count)
 
 
 def contradicts(pieces: Pieces, size: int, lower: FloatArray, upper: FloatArray) -> bool:

@@ -8,16 +8,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import daqp
 import numpy as np
+import numpy.typing as npt
 
+from warp_softbody.controllers.gram import Gram
 from warp_softbody.controllers.piqp_backend import PIQPBackend
 from warp_softbody.controllers.qp import QPMultipliers, QPProblem, QPSolution, QPStatus, checked
+from warp_softbody.controllers.qpcc import FloatArray
+from warp_softbody.controllers.rows import dense
 from warp_softbody.errors import InputError
 
-INFEASIBLE = -1
+INFEASIBLE, EQUATION = -1, 5
+"""DAQP's verdict of no point; its mark of a row that is an equation."""
 
 NONE = np.zeros(0)
 
@@ -56,25 +62,18 @@ class DAQPBackend:
         if problem.b.size:
             # Equations mean redundant contacts: directions without curvature, PIQP's ground.
             return self._second(problem)
-        n, count = len(problem.c), len(problem.c) + len(problem.h)
-        lower = np.concatenate([problem.lower, problem.h])
-        upper = np.full(count, np.inf)
-        upper[:n] = problem.upper
-        settings = self._settings
-        if problem.headroom < math.inf:
-            settings = settings | {"fval_bound": problem.headroom}
-        x, _, flag, info = daqp.solve(
-            problem.P,
-            problem.c,
-            problem.G,
-            upper,
-            lower,
-            np.zeros(count, np.int32),
-            **settings,
-        )
+        n, count = len(problem.c), len(problem.h)
+        if isinstance(problem.P, Gram):
+            x, flag, slope, iterations = self._spread(problem, problem.P)
+        else:
+            upper = np.full(n + count, np.inf)
+            upper[:n] = problem.upper
+            lower = np.concatenate([problem.lower, problem.h])
+            kinds = np.zeros(n + count, np.int32)
+            program = (problem.P, problem.c, problem.G, upper, lower, kinds)
+            x, flag, slope, iterations = self._run(program, problem.headroom)
         if flag < 1:
             return self._refused(problem, flag)
-        slope = info["lam"]
         against = np.maximum(-slope, 0.0)
         solution = checked(
             problem,
@@ -86,13 +85,54 @@ class DAQPBackend:
                 upper=slope[:n] + against[:n],
             ),
             otherwise=QPStatus.UNSOLVED,
-            iterations=int(info["iterations"]),
+            iterations=iterations,
         )
         return solution if solution.status is QPStatus.SOLVED else self._second(problem)
 
+    def _run(
+        self, program: tuple[npt.NDArray[Any], ...], headroom: float
+    ) -> tuple[FloatArray, int, FloatArray, int]:
+        """DAQP's point, verdict, multipliers and iterations."""
+        settings = self._settings
+        if headroom < math.inf:
+            settings = settings | {"fval_bound": headroom}
+        x, _, flag, info = daqp.solve(*program, **settings)
+        return x, flag, info["lam"], int(info["iterations"])
+
+    def _spread(self, problem: QPProblem, matrix: Gram) -> tuple[FloatArray, int, FloatArray, int]:
+        """The same with the squared rows as variables of their own, z = N x.
+
+        The matrix is then diagonal: nothing is factorised, and the distance of a variable from its
+        bounds costs nothing. Equations hold the new variables.
+        """
+        rows, n, count = matrix.rows, len(problem.c), len(problem.h)
+        r = len(rows)
+        diagonal = np.zeros((n + r, n + r))
+        each = np.arange(n + r)
+        diagonal[each[:n], each[:n]] = matrix.diagonal
+        diagonal[each[n:], each[n:]] = 1.0
+        sides = np.zeros((r + count, n + r))
+        sides[:r, :n] = rows
+        sides[each[:r], each[n:]] = -1.0
+        sides[r:, :n] = problem.G
+        upper = np.full(n + 2 * r + count, np.inf)
+        upper[:n], upper[n + r : n + 2 * r] = problem.upper, 0.0
+        nothing = np.zeros(r)
+        lower = np.concatenate([problem.lower, -upper[n : n + r], nothing, problem.h])
+        kinds = np.zeros(len(upper), np.int32)
+        kinds[n + r : n + 2 * r] = EQUATION
+        c = np.concatenate([problem.c, nothing])
+        headroom = problem.headroom
+        if headroom < math.inf:
+            headroom += matrix.saved(problem.c)
+        program = (diagonal, c, sides, upper, lower, kinds)
+        x, flag, slope, iterations = self._run(program, headroom)
+        return x[:n], flag, np.delete(slope, slice(n, n + 2 * r)), iterations
+
     def _second(self, problem: QPProblem) -> QPSolution:
         """Another method's answer."""
-        return PIQPBackend(tolerance=self._tolerance).solve(problem)
+        whole = replace(problem, P=dense(problem.P))
+        return PIQPBackend(tolerance=self._tolerance).solve(whole)
 
     def _refused(self, problem: QPProblem, flag: int) -> QPSolution:
         """DAQP's verdict where there is no point, a second opinion on anything else."""

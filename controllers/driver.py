@@ -79,8 +79,10 @@ def build_qpcc(
     target = np.concatenate([o.target for o in goals.objectives] or [np.zeros(0)])
     weight = np.concatenate([o.weight for o in goals.objectives] or [np.zeros(0)])
     miss = offset[:wanted] - target
-    hessian = 2.0 * maps.T @ (weight[:, None] * maps)
-    gradient = 2.0 * maps.T @ (weight * miss)
+    root = np.sqrt(2.0 * weight)
+    squares = root[:, None] * maps
+    hessian = squares.T @ squares
+    gradient = (root * miss) @ squares
     effort, change = _activation_weights(goals.activation, len(scale), time_step)
     diagonal = np.arange(len(scale))
     hessian[diagonal, diagonal] += effort + change
@@ -94,7 +96,7 @@ def build_qpcc(
     resting = list(goals.resting)
     lower[resting] = upper[resting]
     return ContactQPCC(
-        hessian=0.5 * (hessian + hessian.T),
+        hessian=hessian,
         gradient=gradient,
         constant=constant,
         lower=lower,
@@ -104,6 +106,7 @@ def build_qpcc(
         velocity_from_forces=problem.compliance[wanted:, wanted:],
         friction=np.array([patch.friction for patch in goals.patches]),
         factors=np.array([patch.factors for patch in goals.patches]),
+        squares=squares,
     )
 
 

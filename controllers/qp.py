@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.controllers.qpcc import FloatArray
-from warp_softbody.controllers.rows import Matrix
+from warp_softbody.controllers.rows import Matrix, dense
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -189,7 +189,7 @@ def _equality_solve(
     rows = problem.G[active]
     count, size = len(rows), int(np.count_nonzero(free))
     system = np.zeros((size + count, size + count))
-    system[:size, :size] = problem.P[free][:, free]
+    system[:size, :size] = dense(problem.P)[np.ix_(free, free)]
     system[size:, :size] = rows[:, free]
     system[:size, size:] = -rows[:, free].T
     gradient = (-problem.c - problem.P @ fixed)[free]

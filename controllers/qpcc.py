@@ -47,6 +47,10 @@ def _ones() -> FloatArray:
     return np.zeros(0)
 
 
+def _no_squares() -> FloatArray:
+    return np.zeros((0, 0))
+
+
 @dataclass(frozen=True, kw_only=True)
 class ContactQPCC:
     """One step's control problem; arrays are kept as read-only float64 copies.
@@ -66,6 +70,8 @@ class ContactQPCC:
         friction: mu, (K,), or one number for all contacts.
         directions: d_j, (m, 2) unit vectors ordered by angle, no gap of half a turn or more.
         factors: S, (K, m), > 0: on the friction, by the direction of the force; default ones.
+        squares: (r, nu + 3K), whose squares and a diagonal over the controls are Q, where that is
+            known: with few rows a solve then costs less.
     """
 
     hessian: FloatArray
@@ -79,6 +85,7 @@ class ContactQPCC:
     friction: FloatArray
     directions: FloatArray = field(default_factory=uniform_directions)
     factors: FloatArray = field(default_factory=_ones)
+    squares: FloatArray = field(default_factory=_no_squares)
 
     def __post_init__(self) -> None:
         """Convert, then check shapes, numbers and convexity."""
@@ -107,6 +114,14 @@ class ContactQPCC:
     def contact_count(self) -> int:
         """Number of contacts, K."""
         return self.friction.size
+
+    @cached_property
+    def diagonal(self) -> FloatArray:
+        """What Q has on its diagonal beyond the squares, (nu,)."""
+        own: FloatArray = self.hessian.diagonal() - np.einsum(
+            "ij,ij->j", self.squares, self.squares
+        )
+        return own[: self.control_count]
 
     @cached_property
     def scales(self) -> tuple[float, float]:
@@ -145,6 +160,8 @@ class ContactQPCC:
             "directions": (m, 2),
             "factors": (k, m),
         }
+        if self.squares.size:
+            expected["squares"] = (len(self.squares), nu + 3 * k)
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise InputError(f"QPCC {name} must be {shape}, got {getattr(self, name).shape}")
@@ -175,12 +192,11 @@ class ContactQPCC:
         if np.any(self.friction < 0.0) or np.any(self.factors <= 0.0):
             raise InputError("QPCC friction must not be negative and factors must be positive")
         _check_directions(self.directions.tobytes())
-        for name, tolerance in (("hessian", 1e-6), ("velocity_from_forces", SYMMETRY_TOLERANCE)):
-            matrix = getattr(self, name)
-            size = max(float(matrix.max(initial=0.0)), -float(matrix.min(initial=0.0)))
-            # Both signs of every difference are among them.
-            if float((matrix - matrix.T).max(initial=0.0)) > tolerance * size:
-                raise InputError(f"QPCC {name} must be symmetric")
+        _check_symmetric("velocity_from_forces", self.velocity_from_forces, SYMMETRY_TOLERANCE)
+        if self.squares.size:
+            self._check_squares()
+            return
+        _check_symmetric("hessian", self.hessian, 1e-6)
         shifted = self.hessian.copy()
         size = float(shifted.diagonal().max()) or 1.0
         shifted.reshape(-1)[:: len(shifted) + 1] += CONVEXITY_TOLERANCE * size * len(shifted)
@@ -190,6 +206,26 @@ class ContactQPCC:
                 "QPCC hessian must be positive semidefinite, "
                 f"its smallest eigenvalue is {lowest:.3g}"
             )
+
+    def _check_squares(self) -> None:
+        """Q is what the squares say, so that it is symmetric and semidefinite."""
+        size = float(self.hessian.diagonal().max())
+        rest = self.squares.T @ self.squares
+        rest -= self.hessian
+        rest.reshape(-1)[: self.control_count * (len(rest) + 1) : len(rest) + 1] = 0.0
+        worst = max(float(rest.max()), -float(rest.min()), -float(self.diagonal.min()))
+        if worst > CONVEXITY_TOLERANCE * size:
+            raise InputError(
+                "QPCC hessian must be the squares and a diagonal over the controls that is not "
+                f"negative, is off by {worst:.3g}"
+            )
+
+
+def _check_symmetric(name: str, matrix: FloatArray, tolerance: float) -> None:
+    size = max(float(matrix.max(initial=0.0)), -float(matrix.min(initial=0.0)))
+    # Both signs of every difference are among them.
+    if float((matrix - matrix.T).max(initial=0.0)) > tolerance * size:
+        raise InputError(f"QPCC {name} must be symmetric")
 
 
 @lru_cache(maxsize=8)

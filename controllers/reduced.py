@@ -17,7 +17,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.linalg import lapack
 
 from warp_softbody.controllers.blocks import (
     ContactMaps,
@@ -31,6 +30,7 @@ from warp_softbody.controllers.node import Node, Origin
 from warp_softbody.controllers.pieces import PieceTable, piece_table
 from warp_softbody.controllers.qp import Backend, QPProblem, QPStatus, polish
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
+from warp_softbody.controllers.quadratic import Eliminated, scaled_quadratic
 
 AT_BOUND = 1e-9
 """Scaled distance within which a control is at its bound."""
@@ -54,15 +54,7 @@ class ReducedProblem:
         self.control_scale = np.where(np.isfinite(half) & (half > 0.0), half, 1.0)
         self.speed, self.impulse = problem.scales
         scale = np.concatenate([self.control_scale, np.full(3 * k, self.impulse)])
-        # Rows and columns are those of (1, controls, forces): value = z'Sz / 2.
-        slopes = np.zeros((1 + nu + 3 * k, 1 + nu + 3 * k))
-        slopes[0, 1:] = slopes[1:, 0] = problem.gradient * scale
-        np.multiply(problem.hessian, scale, out=slopes[1:, 1:])
-        slopes[1:, 1:] *= scale[:, None]
-        curvature = float(np.max(np.diagonal(slopes)[1 : 1 + nu]))
-        self.value_scale = curvature or float(np.max(np.abs(slopes[0]))) or 1.0
-        slopes /= self.value_scale
-        self._slopes = slopes
+        self.objective, self.value_scale = scaled_quadratic(problem, scale)
         self.lower = problem.lower / self.control_scale
         self.upper = problem.upper / self.control_scale
         # Column 0 is the constant, columns 1.. the controls: every affine map here has this shape.
@@ -70,7 +62,7 @@ class ReducedProblem:
         self.free[:, 0] = problem.velocity_offset / self.speed
         self.free[:, 1:] = problem.velocity_from_controls * (self.control_scale / self.speed)
         self.mobility = problem.velocity_from_forces * (self.impulse / self.speed)
-        self._maps = ContactMaps(self.table, self.free, self.mobility, slopes[1 + nu :])
+        self._maps = ContactMaps(self.table, self.free, self.mobility, self.objective.outputs)
         self._well_posed = definite(self.mobility)
         self._no_rows, self._no_sides = np.zeros((0, nu)), np.zeros(0)
 
@@ -105,16 +97,14 @@ class ReducedProblem:
         self, modes: tuple[int, ...], pieces: Pieces, elimination: Elimination, limit: float
     ) -> Node | None:
         """The QP in the controls only."""
-        width, affine = len(self.lower) + 1, elimination.affine
-        half = affine.T @ (self._slopes[width:, :width] + elimination.slopes)
-        curvature = self._slopes[:width, :width] + 0.5 * (half + half.T)
-        headroom = math.inf if limit == math.inf else self._headroom(curvature, limit)
+        objective = self.objective.eliminated(elimination)
+        headroom = math.inf if limit == math.inf else self._headroom(objective, limit)
         if headroom < 0.0:
             return None
         rows = pieces.test(elimination.both)
         program = QPProblem(
-            P=np.ascontiguousarray(curvature[1:, 1:]),
-            c=curvature[0, 1:],
+            P=objective.P,
+            c=objective.c,
             A=self._no_rows,
             b=self._no_sides,
             G=np.ascontiguousarray(rows[:, 1:]),
@@ -129,13 +119,12 @@ class ReducedProblem:
             return None
         return self._reduced_node(modes, Origin(pieces, elimination, program, solution))
 
-    def _headroom(self, curvature: FloatArray, limit: float) -> float:
+    def _headroom(self, objective: Eliminated, limit: float) -> float:
         """From the least value without rows and bounds up to the limit, scaled."""
-        _, least, failed = lapack.dposv(curvature[1:, 1:], curvature[1:, 0])
-        if failed:
+        least = objective.least
+        if least is None:
             return math.inf
-        floor = 0.5 * float(curvature[0, 0] - least @ curvature[1:, 0])
-        return (limit - self.problem.constant) / self.value_scale - floor
+        return (limit - self.problem.constant) / self.value_scale - least
 
     def multipliers(self, node: Node) -> tuple[FloatArray, FloatArray, float]:
         """Slopes (K, 6), what is left of the controls' gradient, and the stationarity residual.
@@ -145,7 +134,8 @@ class ReducedProblem:
         """
         nu, force = len(self.lower), node.points[:, :3].reshape(-1)
         on_velocity = node.slopes[:, 3:].reshape(-1)
-        gradient = self._slopes[1:] @ np.concatenate([np.ones(1), node.controls, force])
+        z = np.concatenate([node.controls, force])
+        gradient = self.objective.times(z) + self.objective.c
         slopes = _per_contact(gradient[nu:] - on_velocity @ self.mobility, on_velocity)
         rest = gradient[:nu] - on_velocity @ self.free[:, 1:]
         at_lower = node.controls <= self.lower + AT_BOUND
@@ -197,7 +187,7 @@ class ReducedProblem:
         if contradicts(pieces, k, self.lower, self.upper):
             return None
         count = len(pieces.basis)
-        lift = np.zeros((len(self._slopes) - 1, nu + count))
+        lift = np.zeros((nu + k, nu + count))
         lift[:nu, :nu] = np.eye(nu)
         lift[nu:, nu:] = pieces.basis.T
         held = pieces.still[:, 1 + nu : 1 + nu + k] @ pieces.basis.T
@@ -207,8 +197,8 @@ class ReducedProblem:
         self.qp_count += 1
         solution = self.backend.solve(
             QPProblem(
-                P=lift.T @ self._slopes[1:, 1:] @ lift,
-                c=lift.T @ self._slopes[1:, 0],
+                P=lift.T @ self.objective.matrix() @ lift,
+                c=lift.T @ self.objective.c,
                 A=np.concatenate([pieces.still[:, 1 : 1 + nu], held], axis=1),
                 b=-pieces.still[:, 0],
                 G=rows[:, 1:],
@@ -236,10 +226,10 @@ class ReducedProblem:
 
     def _value(self, controls: FloatArray, points: FloatArray) -> tuple[float, FloatArray]:
         """The objective in the problem's unit, and its scaled slope in the forces, (3K,)."""
-        z = np.concatenate([np.ones(1), controls, points[:, :3].reshape(-1)])
-        slope = self._slopes @ z
-        value = 0.5 * float(z @ slope) * self.value_scale + self.problem.constant
-        return value, slope[1 + len(controls) :]
+        z = np.concatenate([controls, points[:, :3].reshape(-1)])
+        slope, c = self.objective.times(z), self.objective.c
+        value = (0.5 * float(z @ slope) + float(z @ c)) * self.value_scale + self.problem.constant
+        return value, (slope + c)[len(controls) :]
 
 
 def _per_contact(on_force: FloatArray, on_velocity: FloatArray) -> FloatArray:

@@ -145,7 +145,8 @@ def test_without_contacts_it_is_a_box_qp() -> None:
 
 @pytest.mark.parametrize("name", [entry.name for entry in fields(ContactQPCC)])
 def test_nan_is_refused_with_the_name_of_the_field(name: str) -> None:
-    good = block((0.0, 0.0, 0.0), factors=np.ones((1, 8)))
+    squares = np.array([[0.5, 0.0, 0.0, 0.0]])
+    good = block((0.0, 0.0, 0.0), factors=np.ones((1, 8)), squares=squares)
     value = np.array(getattr(good, name), dtype=float)
     value.reshape(-1)[0] = np.nan
     values = {entry.name: getattr(good, entry.name) for entry in fields(good)}
