@@ -35,21 +35,24 @@ def frictional_shapes(radius: FloatArray, directions: bytes) -> Shapes:
     plane = np.frombuffer(directions).reshape(-1, 2)
     k, m = radius.shape
     shapes = repeated(_constant(directions), k)
-    following = np.roll(np.arange(m), -1)
-    corners = np.concatenate([np.ones((k, m, 1)), radius[:, :, None] * plane], axis=2)
+    corners = np.empty((k, m, 3))
+    corners[:, :, 0] = 1.0
+    np.multiply(radius[:, :, None], plane, out=corners[:, :, 1:])
+    following = (np.arange(m) + 1) % m
     others = corners[:, following]
-    edges = np.stack([_unit(corners), _unit(others)], axis=2)
+    rays, normals = _unit(corners), _cross(corners, others)
     slide, edge = slice(FIRST_SLIDE, FIRST_SLIDE + m), slice(FIRST_SLIDE + m, None)
     shapes.basis[:, slide, :, 0] = shapes.basis[:, edge, :, 0] = corners
     shapes.basis[:, edge, :, 1] = others
-    shapes.equality[:, slide, 0, :3] = _unit(
-        np.concatenate([-radius[:, :, None], np.broadcast_to(plane, (k, m, 2))], axis=2)
-    )
-    shapes.equality[:, edge, 0, :3] = _unit(np.cross(corners, others))
-    inverse = np.linalg.pinv(np.stack([corners, others], axis=3))
-    shapes.rows[:, edge, :2, :3] = _unit(inverse)
-    shapes.rays[:, 1, :m, :3] = shapes.rays[:, slide, 0, :3] = edges[:, :, 0]
-    shapes.rays[:, edge, :2, :3] = edges
+    # A turn of a ray in its vertical plane.
+    shapes.equality[:, slide, 0, 0] = -radius * rays[:, :, 0]
+    shapes.equality[:, slide, 0, 1:3] = plane * rays[:, :, :1]
+    shapes.equality[:, edge, 0, :3] = _unit(normals)
+    # Of a force between two corners, the share of either: zero at the other one.
+    shapes.rows[:, edge, 0, :3] = _unit(_cross(others, normals))
+    shapes.rows[:, edge, 1, :3] = _unit(_cross(normals, corners))
+    shapes.rays[:, 1, :m, :3] = shapes.rays[:, slide, 0, :3] = shapes.rays[:, edge, 0, :3] = rays
+    shapes.rays[:, edge, 1, :3] = rays[:, following]
     _fill_facets(shapes, corners)
     return shapes
 
@@ -107,25 +110,47 @@ def _fill_facets(shapes: Shapes, corners: FloatArray) -> None:
 
     With unequal radii some corners lie inside the hull of the others: fewer facets than corners.
     """
-    k, m = corners.shape[:2]
-    first, second = np.triu_indices(m, 1)
-    normals = np.cross(corners[:, first], corners[:, second])
+    m = corners.shape[1]
+    first, second = _pairs(m)
+    normals = _cross(corners[:, first], corners[:, second])
     size = np.sqrt(_square(normals))
-    usable = (size >= 1e-12) & (np.abs(normals[..., 0]) >= 1e-12 * size)
-    normals *= (np.sign(normals[..., 0]) / np.where(usable, size, 1.0))[..., None]
+    up = normals[..., 0]
+    usable = (size >= 1e-12) & (np.abs(up) >= 1e-12 * size)
+    normals *= (np.sign(up) / np.where(usable, size, 1.0))[..., None]
     usable &= (normals @ corners.transpose(0, 2, 1)).min(axis=2) >= -1e-10
-    for contact in range(k):
-        found = normals[contact, usable[contact]]
-        # Corners in one plane span it more than once.
-        close = np.abs(found[:, None] - found).max(axis=2) <= 1e-9
-        found = found[~np.tril(close, -1).any(axis=1)]
-        shapes.rows[contact, 1, : len(found), :3] = found
-        shapes.used[contact, 1, : len(found)] = True
+    owner, found = usable.nonzero()[0], normals[usable]
+    # Corners in one plane span it more than once.
+    close = (np.abs(found[:, None] - found) <= 1e-9).all(axis=2)
+    earlier = close & (owner[:, None] == owner) & (np.arange(len(owner)) < _column(len(owner)))
+    kept = ~earlier.any(axis=1)
+    owner, found = owner[kept], found[kept]
+    place = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    shapes.rows[owner, 1, place, :3] = found
+    shapes.used[owner, 1, place] = True
 
 
 def _plane_rays() -> FloatArray:
     axes = np.eye(3)
     return np.stack([axes[1], axes[2], -axes[1], -axes[2]])
+
+
+@lru_cache(maxsize=8)
+def _pairs(count: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    first, second = np.triu_indices(count, 1)
+    return first, second
+
+
+def _column(count: int) -> npt.NDArray[np.intp]:
+    return np.arange(count)[:, None]
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross products of rows of three; ``np.cross`` takes longer for so few."""
+    product = np.empty(a.shape)
+    for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[..., y], b[..., z], out=product[..., x])
+        product[..., x] -= a[..., z] * b[..., y]
+    return product
 
 
 def _square(vectors: FloatArray) -> FloatArray:

@@ -124,12 +124,15 @@ def _table(friction: bytes, factors: bytes, directions: bytes) -> PieceTable:
     m = len(directions) // 16
     radius = mu[:, None] * np.frombuffer(factors).reshape(len(mu), m)
     rough = np.any(radius > FRICTIONLESS, axis=1)
-    shapes = frictionless_shapes(len(mu), directions)
-    for part, rough_part in zip(shapes, frictional_shapes(radius[rough], directions), strict=True):
-        part[rough] = rough_part
+    shapes = frictional_shapes(radius[rough], directions)
+    if not rough.all():
+        smooth = frictionless_shapes(len(mu), directions)
+        for part, rough_part in zip(smooth, shapes, strict=True):
+            part[rough] = rough_part
+        shapes = smooth
     rows, equality = shapes.rows, shapes.equality
     valid = np.ones((len(mu), 2 + 2 * m), dtype=bool)
-    valid[~rough] = np.isin(np.arange(2 + 2 * m), [LIFT, SLIDE])
+    valid[~rough, STICK], valid[~rough, SLIDE + 1 :] = False, False
     return PieceTable(
         basis=shapes.basis,
         still=shapes.still,
