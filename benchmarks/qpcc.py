@@ -82,12 +82,13 @@ def print_contacts(folder: str, contacts: int) -> None:
 
 
 def print_sequences(steps: int) -> None:
-    """Warm starts: without kicks, as by default, and with more patience."""
+    """Warm starts: without kicks, as in a run, as by default, with more patience."""
     print(
         "gap: mean over the steps of the share missed of the reference's gain over static; "
         "total gap: that of the sums; reference: a long cold search, or any better run"
     )
-    titles = [("kicks", 6), ("patience", 9), ("QPs", 7), ("aim", 4), ("gap", 9), ("aim", 5)]
+    titles = [("kicks", 6), ("patience", 9), ("rule", 5), ("QPs", 7), ("aim", 4), ("gap", 9)]
+    titles += [("aim", 5)]
     titles += [("total gap", 11), ("ms", 8), ("aim", 4), ("residual", 10)]
     print(f"{'sequence':24}" + "".join(f"{title:>{width}}" for title, width in titles))
     sequences = {(4, "balance-i"): qpcc_sequences.recorded()[:: max(1, 180 // steps)]}
@@ -95,14 +96,17 @@ def print_sequences(steps: int) -> None:
         sequences[contacts, "generated"] = qpcc_sequences.generated(contacts, steps)
     for (contacts, kind), sequence in sequences.items():
         best = qpcc_sequences.references(sequence)
-        settings = (qpcc_sequences.PLAIN, qpcc_sequences.KICKED, qpcc_sequences.THOROUGH)
-        for options in settings:
-            qpcc_sequences.follow(sequence, best, options)
-        for options in settings:
-            row = qpcc_sequences.follow(sequence, best, options)
+        kicked = qpcc_sequences.KICKED
+        settings = [(qpcc_sequences.PLAIN, False), (kicked, True), (kicked, False)]
+        settings.append((qpcc_sequences.THOROUGH, False))
+        for options, ruled in settings:
+            qpcc_sequences.follow(sequence, best, options, ruled=ruled)
+        for options, ruled in settings:
+            row = qpcc_sequences.follow(sequence, best, options, ruled=ruled)
             print(
                 f"{f'{kind}, {contacts} contacts':24}{options.kicks:6d}{options.patience:9d}"
-                f"{row.qps:7.1f}{40 if options.kicks else 5:4d}{row.gap:9.2%}{'1 %':>5}"
+                f"{'yes' if ruled else 'no':>5}{row.qps:7.1f}{40 if options.kicks else 5:4d}"
+                f"{row.gap:9.2%}{'1 %':>5}"
                 f"{row.total:11.2%}{row.milliseconds:8.2f}{AIMS[contacts]:4d}{row.residual:10.1e}",
                 flush=True,
             )

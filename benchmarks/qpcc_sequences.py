@@ -21,6 +21,7 @@ from warp_softbody.controllers import (
     solve_qpcc,
     solve_static,
 )
+from warp_softbody.controllers.kick_rule import KickRule
 from warp_softbody.options import SimulationOptions
 from warp_softbody.simulation import Simulation
 
@@ -141,18 +142,24 @@ def references(sequence: list[Step]) -> list[float]:
     return [solve_qpcc(step.problem, options=REFERENCE).objective for step in sequence]
 
 
-def follow(sequence: list[Step], best: list[float], options: SolverOptions) -> Outcome:
+def follow(
+    sequence: list[Step], best: list[float], options: SolverOptions, *, ruled: bool = False
+) -> Outcome:
     """Solve a sequence, each step from the last one's modes; new contacts begin by sticking.
 
-    ``best`` is lowered where this run finds something better.
+    ``best`` is lowered where this run finds something better. With ``ruled`` kicks are left out as
+    a run leaves them out.
     """
     modes: dict[int, int] = {}
+    rule = KickRule()
     qps, times, values, residual = [], [], [], 0.0
     for i, step in enumerate(sequence):
         start = tuple(modes.get(name, STICK) for name in step.names)
         began = time.process_time()
-        result = solve_qpcc(step.problem, start=start, options=options)
+        chosen = rule.options(options, PLAIN) if ruled else options
+        result = solve_qpcc(step.problem, start=start, options=chosen)
         times.append(time.process_time() - began)
+        rule.note(start, result, usable=True)
         qps.append(result.qp_count)
         values.append(result.objective)
         residual = max(residual, result.complementarity)

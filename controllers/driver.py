@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from warp_softbody.bridge import Bridge, ControlProblem
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
+from warp_softbody.controllers.kick_rule import KickRule
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.controllers.pieces import LIFT, STICK
 from warp_softbody.controllers.qpcc import ContactQPCC
@@ -38,10 +39,6 @@ CALM_OPTIONS = SolverOptions(max_qps=16, kicks=0)
 UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
 """Endings that leave the activations as they were for a step."""
 
-CALM = 0.01
-"""Objective below which a step counts as calm; in the units of the shipped controllers, momentum
-rows over m g dt, it stands for a missing force of a tenth of the weight."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Decision:
@@ -51,6 +48,7 @@ class Decision:
         rest_lengths: l_d, (s,) m.
         result: of the QPCC.
         converged: whether the bridge's solve reached its tolerance.
+        kicked: whether the QPCC's solve was free to look for other modes by kicks.
         planned: the patches with the modes and forces that the plan has for them; in place of
             nodes their numbers.
     """
@@ -58,6 +56,7 @@ class Decision:
     rest_lengths: FloatArray
     result: QPCCResult
     converged: bool
+    kicked: bool
     planned: ContactSample
 
 
@@ -126,7 +125,7 @@ class Driver:
         self._method = method
         self._modes: tuple[int, ...] | None = None
         self._parts: tuple[int | None, ...] = ()
-        self._calm = False
+        self._rule = KickRule()
 
     def decide(self, view: BodyView) -> Decision | None:
         """Rest lengths of the step from ``view`` on; None leaves the muscles slack."""
@@ -147,21 +146,27 @@ class Driver:
         problem = self._bridge.solve(np.concatenate(rows))
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step)
-        result = self._solve(qpcc, activations, goals.patches)
+        start = self._start(goals.patches)
+        result = self._solve(qpcc, activations, goals.patches, start)
         usable = result.status not in UNUSABLE
+        left_out = self._rule.note(start, result, usable)
         self._modes = result.modes if usable else None
         self._parts = tuple(patch.part for patch in goals.patches)
-        self._calm = usable and result.objective < CALM
         chosen = result.controls if usable else activations
         return Decision(
             rest_lengths=chosen * problem.rest_lengths,
             result=result,
             converged=problem.converged,
+            kicked=self._method == "qpcc" and not left_out,
             planned=_planned(view, goals.patches, result),
         )
 
     def _solve(
-        self, qpcc: ContactQPCC, activations: FloatArray, patches: tuple[Patch, ...]
+        self,
+        qpcc: ContactQPCC,
+        activations: FloatArray,
+        patches: tuple[Patch, ...],
+        start: tuple[int, ...] | None,
     ) -> QPCCResult:
         holds = np.array([patch.touching for patch in patches], dtype=bool)
         if self._method == "static":
@@ -170,10 +175,10 @@ class Driver:
             )
         return solve_qpcc(
             qpcc,
-            start=self._start(patches),
+            start=start,
             fallback_controls=activations,
             touching=holds,
-            options=CALM_OPTIONS if self._calm else STEP_OPTIONS,
+            options=self._rule.options(STEP_OPTIONS, CALM_OPTIONS),
         )
 
     def _start(self, patches: tuple[Patch, ...]) -> tuple[int, ...] | None:

@@ -38,6 +38,7 @@ class SolverOptions:
         patience: kicks in a row without a better minimum after which no more are tried.
         reach: contact form: how far above the best value, in shares of its size, a kick's first QP
             may end; beyond it the kick is given up, often before the QP is solved.
+        kick_held: whether kicks are tried where a start's own modes are the best minimum without.
         starts: how many penalty runs from other points follow the first one, where no start is
             given; none of them with a warm start.
         time_limit: s; checked between QPs, so one QP may run over.
@@ -49,6 +50,7 @@ class SolverOptions:
     kicks: int = 12
     patience: int = 3
     reach: float = math.inf
+    kick_held: bool = True
     starts: int = 0
     time_limit: float = math.inf
     tolerance: float = 1e-8

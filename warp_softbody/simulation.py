@@ -185,6 +185,7 @@ class Simulation:
             contact_passes=MeanSpread.of(log.passes),
             residuals=Spread.of(log.residuals),
             renewals=log.renewals,
+            unkicked_steps=log.unkicked,
             left_out=model.absent_parts + (() if self._driver else ("control",)),
             unconverged_steps=log.unconverged,
             slept_steps=self._sleep.slept,
@@ -226,6 +227,7 @@ class Simulation:
             self._planned = decision.planned
             self._log.qps.append(decision.result.qp_count)
             self._log.unconverged += not decision.converged
+            self._log.unkicked += not decision.kicked
             self._log.patches = max(self._log.patches, len(decision.result.modes))
         self._control.rest_lengths.assign(self._rest_lengths)
 

@@ -61,6 +61,7 @@ class RunSummary:
         residuals: median and 95th percentile of what the linear solves were asked for, of their
             right-hand sides.
         renewals: how often the preconditioner was factorised anew.
+        unkicked_steps: controlled steps in which the search for other contact modes was left out.
         left_out: what the scene has none of, so that nothing is spent on it, out of "muscles",
             "contact" and "control".
         unconverged_steps: steps in which a linear solve or the contact modes did not settle.
@@ -88,6 +89,7 @@ class RunSummary:
     contact_passes: MeanSpread
     residuals: Spread
     renewals: int
+    unkicked_steps: int
     left_out: tuple[str, ...]
     unconverged_steps: int
     slept_steps: int
@@ -142,7 +144,8 @@ class RunSummary:
     def _saved(self, steps: int) -> str:
         """What the scene has no need of."""
         kept = f"preconditioner kept in {steps - self.slept_steps - self.renewals} of {steps} steps"
-        return ", ".join([*(f"no {part}" for part in self.left_out), kept])
+        calm = [f"no kicks in {self.unkicked_steps}"] if self.unkicked_steps else []
+        return ", ".join([*(f"no {part}" for part in self.left_out), kept, *calm])
 
     def __str__(self) -> str:
         """A few aligned lines."""
@@ -173,6 +176,7 @@ class StepLog:
     passes: list[int] = field(default_factory=list)
     residuals: list[float] = field(default_factory=list)
     renewals: int = 0
+    unkicked: int = 0
     qps: list[int] = field(default_factory=list)
     unconverged: int = 0
     patches: int = 0
