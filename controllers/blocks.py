@@ -88,34 +88,37 @@ class ContactMaps:
         self._response = np.concatenate([_constants(count), outputs[:, width:].T], axis=1)
         by_contact = self._response[:, count : 3 * count].reshape(count, count // 3, 6)
         by_contact[:, :, 3:] = mobility.T.reshape(count, count // 3, 3)
-        self._known: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = {}
+        self._known: dict[tuple[int, int], FloatArray] = {}
 
     def gather(self, modes: tuple[int, ...]) -> Pieces:
         """Put the contacts' own matrices together."""
-        each = np.arange(len(modes))
-        chosen = np.array(modes, dtype=np.int64)
-        parts = [self._part(pair) for pair in enumerate(modes)]
-        if not parts:
+        if not modes:
             return Pieces(self._moved, self._response, self._table.rows[:, 0], np.zeros(0, bool))
+        self._learn([pair for pair in enumerate(modes) if pair not in self._known])
+        parts = np.concatenate([self._known[pair] for pair in enumerate(modes)])
+        each, chosen, width = np.arange(len(modes)), np.array(modes), self._moved.shape[1]
         return Pieces(
-            still=np.concatenate([part[0] for part in parts]),
-            spread=np.concatenate([part[1] for part in parts]),
+            still=parts[:, :width],
+            spread=parts[:, width:],
             rows=self._table.rows[each, chosen],
             kept=self._table.row_used[each, chosen].reshape(-1),
         )
 
-    def _part(self, pair: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-        """Rows of ``still`` and ``spread`` of one contact in one mode."""
-        found = self._known.get(pair)
-        if found is None:
-            count = int(self._table.count[pair])
-            own = slice(3 * pair[0], 3 * pair[0] + 3)
-            found = (
-                self._table.still[pair][:count] @ self._moved[own],
-                self._table.basis[pair][:, :count].T @ self._response[own],
-            )
-            self._known[pair] = found
-        return found
+    def _learn(self, pairs: list[tuple[int, int]]) -> None:
+        """Rows of ``still`` and ``spread``, side by side, of contacts in modes not seen before."""
+        if not pairs:
+            return
+        contact, mode = np.array(pairs).T
+        width = self._moved.shape[1]
+        found = np.empty((len(pairs), 3, width + self._response.shape[1]))
+        by_contact = self._moved.reshape(-1, 3, width)
+        np.matmul(self._table.still[contact, mode], by_contact[contact], out=found[:, :, :width])
+        bases = self._table.basis[contact, mode].transpose(0, 2, 1)
+        by_contact = self._response.reshape(len(by_contact), 3, -1)
+        np.matmul(bases, by_contact[contact], out=found[:, :, width:])
+        counts = self._table.count[contact, mode].tolist()
+        for pair, own, count in zip(pairs, found, counts, strict=True):
+            self._known[pair] = own[:count]
 
 
 @lru_cache(maxsize=64)

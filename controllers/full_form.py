@@ -162,10 +162,11 @@ def residual(problem: ContactQPCC, x: FloatArray, velocities: FloatArray) -> flo
 
 
 class _Spans(NamedTuple):
-    """All P pairs of directions of K contacts.
+    """All P pairs of directions.
 
-    ``inverse`` (K, 2P, 2) gives the two betas of a tangent force, first those of every pair's first
-    direction; ``usable`` (K, P) are the pairs that span the plane; ``neighbours`` (P,).
+    ``inverse`` (2P, 2) gives the two coefficients of a tangent vector, first those of every pair's
+    first direction; ``usable`` (P,) are the pairs that span the plane, ``neighbours`` (P,) those of
+    them that lie side by side.
     """
 
     first: IntArray
@@ -175,26 +176,20 @@ class _Spans(NamedTuple):
     neighbours: BoolArray
 
 
-@lru_cache(maxsize=64)
-def _spans(directions: bytes, scale: bytes) -> _Spans:
+@lru_cache(maxsize=8)
+def _spans(directions: bytes) -> _Spans:
     plane = np.frombuffer(directions).reshape(-1, 2)
     count = len(plane)
     first, second = np.triu_indices(count, 1)
-    scaled = plane * np.frombuffer(scale).reshape(-1, count, 1)
-    a, b = scaled[:, first], scaled[:, second]
-    determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    a, b = plane[first], plane[second]
+    determinant = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     usable = np.abs(determinant) > 1e-12
-    determinant = np.where(usable, determinant, 1.0)
-    inverse = np.stack([b[..., 1], -b[..., 0], -a[..., 1], a[..., 0]], axis=-1)
-    inverse = (inverse / determinant[..., None]).reshape(len(scaled), len(first), 2, 2)
+    inverse = np.stack([b[:, 1], -b[:, 0], -a[:, 1], a[:, 0]], axis=-1)
+    inverse /= np.where(usable, determinant, 1.0)[:, None]
+    inverse = inverse.reshape(-1, 2, 2).swapaxes(0, 1).reshape(-1, 2)
     apart = second - first
-    return _Spans(
-        first,
-        second,
-        inverse.swapaxes(1, 2).reshape(len(scaled), 2 * len(first), 2),
-        usable,
-        (apart == 1) | (apart == count - 1),
-    )
+    beside = usable & ((apart == 1) | (apart == count - 1))
+    return _Spans(first, second, inverse, usable, beside)
 
 
 def _split_tangents(
@@ -206,13 +201,15 @@ def _split_tangents(
     with unequal S some directions lie inside the hull of the others.
     """
     contacts, count = scale.shape
-    spans = _spans(directions.tobytes(), scale.tobytes())
-    betas = (spans.inverse @ tangents[:, :, None]).reshape(contacts, 2, len(spans.first))
+    spans = _spans(directions.tobytes())
+    betas = (tangents @ spans.inverse.T).reshape(contacts, 2, len(spans.first))
+    betas[:, 0] /= scale[:, spans.first]
+    betas[:, 1] /= scale[:, spans.second]
     sizes = np.abs(betas)
     deficit = (sizes - betas).max(axis=1) * 0.5
     slack = 1e-12 * (1.0 + np.abs(tangents).sum(axis=1, keepdims=True))
     cost = np.where(deficit <= slack, 0.0, 1e6 * deficit) + sizes.sum(axis=1)
-    usable = spans.usable & (spans.neighbours | ~neighbours[:, None])
+    usable = np.where(neighbours[:, None], spans.neighbours, spans.usable)
     best = np.where(usable, cost, np.inf).argmin(axis=1)
     each, beta = np.arange(contacts), np.zeros((contacts, count))
     beta[each, spans.first[best]] = betas[each, 0, best]

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
@@ -146,36 +147,37 @@ def _force_factors(
         return [np.ones(DIRECTIONS) for _ in groups]
     by_node = character.node_friction
     nodes = np.concatenate([group.nodes for group in groups])
-    ends = np.cumsum([len(group.nodes) for group in groups])[:-1]
-    carried = np.split(_carried(view, nodes, by_node.forward[nodes]), ends)
-    ahead = np.concatenate([a @ frame[1:].T for a, frame in zip(carried, frames, strict=True)])
+    counts = np.array([len(group.nodes) for group in groups])
+    begins = np.cumsum(counts) - counts
+    carried = (_carrier(character.mesh, by_node.forward.tobytes()) @ view.positions)[nodes]
+    tangents = np.repeat([frame[1:] for frame in frames], counts, axis=0)
+    ahead = (tangents @ carried[:, :, None])[:, :, 0]
     forward = np.arctan2(ahead[:, 1], ahead[:, 0])
     factors = factors_at(by_node.factors[nodes], FORCE_ANGLES - forward[:, None])
-    return [
-        np.asarray(np.average(own, axis=0, weights=group.shares))
-        for own, group in zip(np.split(factors, ends), groups, strict=True)
-    ]
+    shares = np.concatenate(
+        [np.ones(len(g.nodes)) if g.shares is None else g.shares for g in groups]
+    )
+    means = np.add.reduceat(factors * shares[:, None], begins)
+    means /= np.add.reduceat(shares, begins)[:, None]
+    return list(means)
 
 
 @lru_cache(maxsize=8)
-def _tets_around(mesh: TetMesh) -> tuple[FloatArray, IntArray, IntArray]:
-    """Inverse rest edges (m, 3, 3); tets sorted by the nodes they hold, and where each begins."""
+def _carrier(mesh: TetMesh, directions: bytes) -> sp.csr_array:
+    """Matrix (n, n) that takes positions to the directions (n, 3) that each node carries.
+
+    They are turned with the mean deformation gradient of the tets around a node, which is linear
+    in the positions.
+    """
+    forward = np.frombuffer(directions).reshape(-1, 3)
     corners = mesh.points[mesh.tets]
-    inverse = np.asarray(np.linalg.inv(corners[:, 1:] - corners[:, :1]), dtype=np.float64)
+    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1])
     nodes = mesh.tets.ravel()
-    order = np.argsort(nodes, kind="stable")
-    begins = np.searchsorted(nodes[order], np.arange(len(mesh.points) + 1))
-    return inverse, (order // 4).astype(np.int32), begins.astype(np.int32)
-
-
-def _carried(view: BodyView, nodes: IntArray, directions: FloatArray) -> FloatArray:
-    """Directions (k, 3) at nodes, turned with the mean deformation gradient around each node."""
-    mesh = view.scene.character.mesh
-    inverse, order, begins = _tets_around(mesh)
-    counts = begins[nodes + 1] - begins[nodes]
-    firsts = np.cumsum(counts) - counts
-    tets = order[np.repeat(begins[nodes] - firsts, counts) + np.arange(counts.sum())]
-    corners = view.positions[mesh.tets[tets]]
-    transposed = inverse[tets] @ (corners[:, 1:] - corners[:, :1])
-    carried = np.einsum("ti,tij->tj", np.repeat(directions, counts, axis=0), transposed)
-    return np.asarray(np.add.reduceat(carried, firsts) / counts[:, None])
+    around = np.bincount(nodes, minlength=len(mesh.points))
+    # One row of four weights on a tet's corners for each of its corners.
+    edges = np.einsum("tci,tij->tcj", forward[mesh.tets], inverse)
+    weights = np.concatenate([-edges.sum(axis=2, keepdims=True), edges], axis=2)
+    weights /= around[mesh.tets][:, :, None]
+    rows, columns = np.repeat(nodes, 4), np.repeat(mesh.tets, 4, axis=0).ravel()
+    size = (len(mesh.points), len(mesh.points))
+    return sp.csr_array((weights.ravel(), (rows, columns)), shape=size)

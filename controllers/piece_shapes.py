@@ -5,6 +5,7 @@ Built for all contacts at once, since directional friction changes them in every
 
 from __future__ import annotations
 
+import itertools
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -17,6 +18,10 @@ BoolArray = npt.NDArray[np.bool_]
 
 FIRST_SLIDE = 2
 """Lift and stick come first."""
+
+COLLINEAR = 1e-12
+"""Twice the area of a triangle, over the square of the farthest corner's distance, up to which its
+middle corner lies on the line between the others."""
 
 
 class Shapes(NamedTuple):
@@ -110,38 +115,39 @@ def _fill_facets(shapes: Shapes, corners: FloatArray) -> None:
 
     With unequal radii some corners lie inside the hull of the others: fewer facets than corners.
     """
-    m = corners.shape[1]
-    first, second = _pairs(m)
-    normals = _cross(corners[:, first], corners[:, second])
-    size = np.sqrt(_square(normals))
-    up = normals[..., 0]
-    usable = (size >= 1e-12) & (np.abs(up) >= 1e-12 * size)
-    normals *= (np.sign(up) / np.where(usable, size, 1.0))[..., None]
-    usable &= (normals @ corners.transpose(0, 2, 1)).min(axis=2) >= -1e-10
-    owner, found = usable.nonzero()[0], normals[usable]
-    # Corners in one plane span it more than once.
-    close = (np.abs(found[:, None] - found) <= 1e-9).all(axis=2)
-    earlier = close & (owner[:, None] == owner) & (np.arange(len(owner)) < _column(len(owner)))
-    kept = ~earlier.any(axis=1)
-    owner, found = owner[kept], found[kept]
-    place = np.arange(len(owner)) - np.searchsorted(owner, owner)
-    shapes.rows[owner, 1, place, :3] = found
+    facets = [_hull(points) for points in corners[:, :, 1:].tolist()]
+    ends = np.array([pair for pairs in facets for pair in pairs])
+    owner = np.repeat(np.arange(len(facets)), [len(pairs) for pairs in facets])
+    place = np.concatenate([np.arange(len(pairs)) for pairs in facets])
+    normals = _unit(_cross(corners[owner, ends[:, 0]], corners[owner, ends[:, 1]]))
+    normals *= np.sign(normals[:, :1])
+    shapes.rows[owner, 1, place, :3] = normals
     shapes.used[owner, 1, place] = True
+
+
+def _hull(points: list[list[float]]) -> list[tuple[int, int]]:
+    """Ends of the edges of the hull of points (m, 2) that go round the origin in order.
+
+    By Graham's scan from the farthest point; one that lies on an edge is left out.
+    """
+    sizes = [x * x + y * y for x, y in points]
+    start, flat = sizes.index(max(sizes)), COLLINEAR * max(sizes)
+    hull = [start]
+    for step in range(1, len(points) + 1):
+        following = (start + step) % len(points)
+        x, y = points[following]
+        while len(hull) > 1:
+            (ax, ay), (bx, by) = points[hull[-2]], points[hull[-1]]
+            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > flat:
+                break
+            hull.pop()
+        hull.append(following)
+    return sorted((min(a, b), max(a, b)) for a, b in itertools.pairwise(hull))
 
 
 def _plane_rays() -> FloatArray:
     axes = np.eye(3)
     return np.stack([axes[1], axes[2], -axes[1], -axes[2]])
-
-
-@lru_cache(maxsize=8)
-def _pairs(count: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    first, second = np.triu_indices(count, 1)
-    return first, second
-
-
-def _column(count: int) -> npt.NDArray[np.intp]:
-    return np.arange(count)[:, None]
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

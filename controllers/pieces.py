@@ -82,7 +82,8 @@ class PieceTable:
 
     def violation(self, points: FloatArray) -> FloatArray:
         """(K, M): how far each contact's (f, w), (K, 6), is from satisfying each piece."""
-        return np.where(self.valid, -self._least(self._flat_walls, points), np.inf)
+        violation = -self._least(self._flat_walls, points)
+        return violation if self._none_repeated else np.where(self.valid, violation, np.inf)
 
     def descent(self, slopes: FloatArray) -> FloatArray:
         """(K, M): least slope along any ray of a piece, for objective slopes (K, 6) in (f, w)."""
@@ -124,12 +125,14 @@ def _table(friction: bytes, factors: bytes, directions: bytes) -> PieceTable:
     m = len(directions) // 16
     radius = mu[:, None] * np.frombuffer(factors).reshape(len(mu), m)
     rough = np.any(radius > FRICTIONLESS, axis=1)
-    shapes = frictional_shapes(radius[rough], directions)
-    if not rough.all():
-        smooth = frictionless_shapes(len(mu), directions)
-        for part, rough_part in zip(smooth, shapes, strict=True):
-            part[rough] = rough_part
-        shapes = smooth
+    if rough.any() and rough.all():
+        shapes = frictional_shapes(radius, directions)
+    else:
+        shapes = frictionless_shapes(len(mu), directions)
+        if rough.any():
+            cones = frictional_shapes(radius[rough], directions)
+            for part, rough_part in zip(shapes, cones, strict=True):
+                part[rough] = rough_part
     rows, equality = shapes.rows, shapes.equality
     valid = np.ones((len(mu), 2 + 2 * m), dtype=bool)
     valid[~rough, STICK], valid[~rough, SLIDE + 1 :] = False, False

@@ -38,6 +38,12 @@ def uniform_directions(count: int = 8) -> FloatArray:
     """``count`` unit vectors of the tangent plane at equal angles, the first along tangent 1."""
     if count < 3:
         raise InputError(f"a friction cone needs at least 3 directions, got {count}")
+    copy: FloatArray = _uniform(count).copy()
+    return copy
+
+
+@lru_cache(maxsize=8)
+def _uniform(count: int) -> FloatArray:
     angles = 2.0 * np.pi * np.arange(count) / count
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)
 

@@ -101,9 +101,14 @@ class Search:
                 return LocalMinimum(node, False, not self.spent)
             node = following
 
+    def lowest(self, minima: list[LocalMinimum]) -> LocalMinimum:
+        """The best of some minima, the first of those that differ by rounding only."""
+        least = min(minimum.node.value for minimum in minima)
+        return next(m for m in minima if m.node.value <= least + self._margin(m.node))
+
     def improve(self, starts: list[LocalMinimum]) -> LocalMinimum:
         """Leave local minima by kicks, the best minimum first, and return the best one found."""
-        best = min(starts, key=lambda minimum: minimum.node.value)
+        best = self.lowest(starts)
         if self.options.kicks == 0:
             return best
         order = itertools.count()
@@ -164,7 +169,7 @@ class Search:
             return None
         table = self.reduced.table
         slopes = table.descent(node.slopes)
-        largest = max(float(node.slopes.max()), -float(node.slopes.min()))
+        largest = float(np.abs(node.slopes).max())
         slopes[np.arange(len(node.modes)), node.modes] = 0.0
         offers = slopes < -SLOPE_NOISE * (1e-3 + largest)
         if not offers.any():

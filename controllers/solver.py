@@ -127,7 +127,7 @@ def solve_qpcc(
         if root is None:
             return forward_result(search, controls, forward)
         minima = [search.descend(root)]
-    best = min(minima, key=lambda minimum: minimum.node.value)
+    best = search.lowest(minima)
     held = start is not None and best.node.modes == tuple(start)
     if options.kick_held or not held:
         best = search.improve(minima)
