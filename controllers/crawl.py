@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.jump import smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.view import BodyView
@@ -43,12 +44,11 @@ class CrawlGains:
         arch: m, wanted height of the middle of the belly when they are together; 0 keeps it down.
         pull_time: s, in which the tail is pulled up.
         push_time: s, in which the head is pushed forward.
-        follow: 1/s, how fast what is off its trajectory is to come back.
+        follow: 1/s, how fast what is off its trajectory is to come back, and how fast an end that
+            is to hold comes to a stop.
         corner_weight: of the corners' velocities along the ground, s^2/m^2.
         ground_weight: of their vertical velocities, s^2/m^2; keeps the ends flat on the ground.
         middle_weight: of the middle's vertical velocity, s^2/m^2.
-        grip: share of the friction below the end on its way that the plan counts on. With all of it
-            an end that sticks may stay: one step gains nothing by pulling less than sets it free.
         activation: cost of effort and change. The effort spreads a contraction over the body: with
             little of it the segments nearest to the moving end, which answer first, do it all.
     """
@@ -61,7 +61,6 @@ class CrawlGains:
     corner_weight: float = 0.05
     ground_weight: float = 0.05
     middle_weight: float = 0.1
-    grip: float = 1.0
     activation: ActivationCost = field(
         default_factory=lambda: ActivationCost(effort=1.0, change=20.0)
     )
@@ -70,9 +69,10 @@ class CrawlGains:
 class Crawl:
     """Moves the four corners of a lying body along trajectories that repeat, and its middle.
 
-    Every phase begins from where the holding end is, so that slipping does not add up; the way
-    across and the height are those of the start. An end moves by a smooth step, at rest at both
-    ends of its way.
+    Every phase begins from where the holding end is, and how fast it still moves, so that slipping
+    does not add up; the way across and the height are those of the start. The plan counts on no
+    friction below the end on its way: where it is planned to stick it stays, as freeing it takes
+    changes of several contacts at once.
     """
 
     def __init__(
@@ -90,17 +90,19 @@ class Crawl:
         self._lasts = start
         self._home: dict[str, FloatArray] = {}
         self._goals: dict[str, float] = {}
+        self._way = (0.0, 0.0)
         self._length = 0.0
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         if not self._home:
-            self._home = {name: _mean(view, name) for name in (*TAIL, *HEAD)}
-            self._hold(view, (*TAIL, *HEAD))
+            self._home = {name: _mean(view, view.positions, name) for name in (*TAIL, *HEAD)}
+            self._stop(view, (*TAIL, *HEAD))
             self._length = self._end(HEAD) - self._end(TAIL)
         if view.time - self._since >= self._lasts - 1e-9:
             self._advance(view)
-        share, rate = self._progress(view.time)
+        share, rate, _ = smooth_step((view.time - self._since) / self._lasts)
+        rate /= self._lasts
         corners = self._corners(view, share, rate)
         return Goals(
             objectives=(*corners, self._middle(view, share, rate)),
@@ -110,51 +112,44 @@ class Crawl:
         )
 
     def _advance(self, view: BodyView) -> None:
-        """Go on to the next phase, from where the end is that will hold."""
+        """Go on to the next phase."""
         g = self._gains
         self._since += self._lasts
-        pulling = self.phase is not CrawlPhase.PULL
-        self.phase = CrawlPhase.PULL if pulling else CrawlPhase.PUSH
-        self._lasts = g.pull_time if pulling else g.push_time
-        self._hold(view, HEAD if pulling else TAIL)
+        if self.phase is CrawlPhase.PULL:
+            self.phase, self._lasts = CrawlPhase.PUSH, g.push_time
+            self._stop(view, TAIL)
+            begin = self._end(TAIL) + self._length - g.stride
+        else:
+            self.phase, self._lasts = CrawlPhase.PULL, g.pull_time
+            self._stop(view, HEAD)
+            begin = self._end(HEAD) - self._length
+        self._way = (begin, begin + g.stride)
 
-    def _hold(self, view: BodyView, names: tuple[str, ...]) -> None:
+    def _stop(self, view: BodyView, names: tuple[str, ...]) -> None:
+        """Hold corners where they come to rest if their speed decays from now on."""
         for name in names:
-            self._goals[name] = float(_mean(view, name)[0])
+            glide = _mean(view, view.velocities, name) / self._gains.follow
+            self._goals[name] = float((_mean(view, view.positions, name) + glide)[0])
 
     def _end(self, names: tuple[str, ...]) -> float:
         """Where an end is to be along x, m."""
         return sum(self._goals[name] for name in names) / len(names)
 
-    def _progress(self, time: float) -> tuple[float, float]:
-        """How far the ends are to have come together, from 0 to 1, and the rate of it, 1/s."""
-        if self.phase is CrawlPhase.REST:
-            return 0.0, 0.0
-        part = min((time - self._since) / self._lasts, 1.0)
-        share, rate = part * part * (3.0 - 2.0 * part), 6.0 * part * (1.0 - part) / self._lasts
-        return (share, rate) if self.phase is CrawlPhase.PULL else (1.0 - share, -rate)
-
     def _patches(self, view: BodyView) -> tuple[Patch, ...]:
-        """The parts of the belly, that of the end on its way more slippery than it is."""
-        patches = dict(zip(BELLY_PATCHES, ground_patches(view, BELLY_PATCHES), strict=True))
-        if self.phase is not CrawlPhase.REST:
-            name = BELLY_PATCHES[0 if self.phase is CrawlPhase.PULL else -1]
-            moving = patches[name]
-            patches[name] = replace(moving, friction=self._gains.grip * moving.friction)
-        return tuple(patches.values())
+        """The parts of the belly, of which that of the end on its way slips."""
+        patches = list(ground_patches(view, BELLY_PATCHES))
+        if patches and self.phase is not CrawlPhase.REST:
+            end = 0 if self.phase is CrawlPhase.PULL else -1
+            patches[end] = replace(patches[end], slips=True)
+        return tuple(patches)
 
     def _corners(self, view: BodyView, share: float, rate: float) -> list[Objective]:
         """Trajectories of the four corners: one end holds, the other follows."""
-        g = self._gains
-        length = self._length - g.stride * share
-        moving, speed = {
-            CrawlPhase.REST: ((), 0.0),
-            CrawlPhase.PULL: (TAIL, g.stride * rate),
-            CrawlPhase.PUSH: (HEAD, -g.stride * rate),
-        }[self.phase]
+        moving = {CrawlPhase.REST: (), CrawlPhase.PULL: TAIL, CrawlPhase.PUSH: HEAD}[self.phase]
+        begin, end = self._way
         for name in moving:
-            goal = self._end(HEAD) - length if moving is TAIL else self._end(TAIL) + length
-            self._goals[name] = goal
+            self._goals[name] = begin + share * (end - begin)
+        speed = rate * (end - begin)
         return [
             self._corner(view, name, speed if name in moving else 0.0) for name in (*TAIL, *HEAD)
         ]
@@ -168,19 +163,25 @@ class Crawl:
         return objectives.velocity(view, weights, way, cost * USUAL_STEP / view.time_step)
 
     def _middle(self, view: BodyView, share: float, rate: float) -> Objective:
+        """Up while the ends come together, down while they part."""
         g = self._gains
         weights = _weights(view, MIDDLE)
-        miss = g.arch * share - weights @ view.positions[:, 2]
+        height, climb = {
+            CrawlPhase.REST: (0.0, 0.0),
+            CrawlPhase.PULL: (g.arch * share, g.arch * rate),
+            CrawlPhase.PUSH: (g.arch * (1.0 - share), -g.arch * rate),
+        }[self.phase]
+        miss = height - weights @ view.positions[:, 2]
         return Objective(
             name="middle",
             rows=objectives.mean_rows(view, weights)[2:],
-            target=np.array([g.arch * rate + g.follow * miss]),
+            target=np.array([climb + g.follow * miss]),
             weight=np.array([g.middle_weight * USUAL_STEP / view.time_step]),
         )
 
 
-def _mean(view: BodyView, region: str) -> FloatArray:
-    return np.asarray(view.positions[view.scene.character.region(region)].mean(axis=0))
+def _mean(view: BodyView, values: FloatArray, region: str) -> FloatArray:
+    return np.asarray(values[view.scene.character.region(region)].mean(axis=0))
 
 
 def _weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:

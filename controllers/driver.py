@@ -103,7 +103,7 @@ def build_qpcc(
         velocity_offset=offset[wanted:] + gaps,
         velocity_from_controls=by_activation[wanted:],
         velocity_from_forces=problem.compliance[wanted:, wanted:],
-        friction=np.array([patch.friction for patch in goals.patches]),
+        friction=np.array([0.0 if patch.slips else patch.friction for patch in goals.patches]),
         factors=np.array([patch.factors for patch in goals.patches]),
         squares=squares,
     )
@@ -141,6 +141,8 @@ class Driver:
 
     def plan(self, view: BodyView, goals: Goals) -> Decision:
         """Rest lengths that serve goals best; the step's matrix has to be assembled."""
+        if self._method == "static":
+            goals = replace(goals, patches=tuple(replace(p, slips=False) for p in goals.patches))
         rows = [objective.rows for objective in goals.objectives]
         rows += [patch.rows() for patch in goals.patches]
         problem = self._bridge.solve(np.concatenate(rows))

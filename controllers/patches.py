@@ -42,6 +42,8 @@ class Patch:
         touching: whether any node of it touched in the last step.
         area: its share of the area that touches; nan where patches are not weighed by area.
         part: of the surface, which stays the same from step to step; None where it has none.
+        slips: whether the QPCC is to count on no friction here. The static-contact baseline holds
+            it still like every other contact.
         factors: (8,) on the friction, for forces along directions evenly spread from tangent 1
             towards tangent 2; ones unless the character has directional friction.
     """
@@ -54,6 +56,7 @@ class Patch:
     factors: FloatArray = field(default_factory=lambda: np.ones(DIRECTIONS))
     area: float = math.nan
     part: int | None = None
+    slips: bool = False
 
     def rows(self) -> FloatArray:
         """Velocity of the patch in its own frame, (3, 3n)."""

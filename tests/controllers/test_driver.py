@@ -149,20 +149,20 @@ def test_built_objective_is_the_weighted_squares_plus_the_costs() -> None:
 
 
 def test_built_contacts_have_the_patches_friction() -> None:
-    """Coefficient and factors by direction, in the patches' order."""
+    """Coefficient and factors by direction, in the patches' order; none where a patch slips."""
     body = moving_bar(ground=Plane(friction=0.3))
     view = view_of(body)
     rng = np.random.default_rng(0)
     patches = tuple(
-        replace(patch, factors=rng.uniform(1.0, 10.0, 8))
-        for patch in ground_patches(view, QUARTERS[:2])
+        replace(patch, factors=rng.uniform(1.0, 10.0, 8), slips=slips)
+        for patch, slips in zip(ground_patches(view, QUARTERS[:2]), (False, True), strict=True)
     )
     goals = Goals(objectives=(), patches=patches, activation=LOOSE)
     rows = np.concatenate([patch.rows() for patch in patches])
     problem = Bridge(body.stepper, row_capacity=32).solve(rows)
     qpcc = build_qpcc(goals, problem, view.activations, DT)
     np.testing.assert_array_equal(qpcc.factors, [patch.factors for patch in patches])
-    np.testing.assert_array_equal(qpcc.friction, [0.3, 0.3])
+    np.testing.assert_array_equal(qpcc.friction, [0.3, 0.0])
 
 
 def test_decision_in_flight_is_the_bounded_least_squares_answer() -> None:

@@ -5,16 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from benchmarks.motion_criteria import arches, belly, ways
 from tests.scenes.runs import missed, run
 from warp_softbody import scenes
 from warp_softbody.characters import letter_i_flat
+from warp_softbody.controllers.controller import Goals
 from warp_softbody.controllers.crawl import Crawl, CrawlGains, CrawlPhase
 from warp_softbody.scene import STANDARD_GRAVITY
 from warp_softbody.stage_exports.reader import Take
 from warp_softbody.view import BodyView
+
+FloatArray = npt.NDArray[np.float64]
 
 LENGTH = 1.0  # m, of the body
 START, CYCLE, CYCLES = 0.5, 1.2, 10  # s, s
@@ -81,43 +85,60 @@ def test_a_push_slides_them_forward_and_not_back(tmp_path: Path) -> None:
     assert abs(reached[1]) < 0.01 * rigid
 
 
-def view_at(time: float) -> BodyView:
-    """The crawler as it lies at rest."""
+def view_at(time: float, *, tail: float = 0.0, speed: float = 0.0) -> BodyView:
+    """The crawler as it lies at rest, but for its tail so many m ahead and a speed along x, m/s."""
     scene = scenes.make("crawl-i").scene
     mesh = scene.character.mesh
-    count = len(mesh.points)
+    positions = np.array(mesh.points)
+    positions[scene.character.region("tail"), 0] += tail
     return BodyView(
         scene=scene,
         time=time,
         time_step=1.0 / 60.0,
-        masses=np.ones(count),
-        positions=np.array(mesh.points),
-        velocities=np.zeros((count, 3)),
+        masses=np.ones(len(positions)),
+        positions=positions,
+        velocities=np.full_like(positions, (speed, 0.0, 0.0)),
         touching=mesh.points[:, 2] < 1e-6,
         activations=np.ones(scene.character.segment_count),
     )
 
 
+TAIL, HEAD = slice(0, 2), slice(2, 4)
+
+
+def wanted(goals: Goals) -> FloatArray:
+    """Velocities of the four corners, (4, 3) m/s."""
+    return np.array([corner.target for corner in goals.objectives[:4]])
+
+
 def test_one_end_holds_while_the_other_goes_ahead() -> None:
-    gains = CrawlGains(stride=0.1, pull_time=0.4, push_time=0.8)
-    crawl = Crawl(gains, start=0.5)
-    tail, head = slice(0, 2), slice(2, 4)
-    # The steepest rate of a smooth step is 1.5 ways in its time; at rest nothing is off its place,
-    # so half way the ends are behind by half a stride.
-    cases = {
-        0.0: (CrawlPhase.REST, 0.0, 0.0),
-        0.7: (CrawlPhase.PULL, 0.1 * 1.5 / 0.4 + 10.0 * 0.05, 0.0),
-        1.3: (CrawlPhase.PUSH, 0.0, 0.1 * 1.5 / 0.8 - 10.0 * 0.05),
-    }
-    for time, (phase, of_tail, of_head) in cases.items():
-        if phase is CrawlPhase.PUSH:
-            crawl.goals(view_at(0.9))
-        goals = crawl.goals(view_at(time))
-        assert crawl.phase is phase
-        *corners, middle = goals.objectives
-        targets = np.array([corner.target for corner in corners])
-        np.testing.assert_allclose(targets[tail, 0], of_tail, atol=1e-12)
-        np.testing.assert_allclose(targets[head, 0], of_head, atol=1e-12)
-        np.testing.assert_allclose(targets[:, 1:], 0.0, atol=1e-12)
-        np.testing.assert_allclose(middle.target, 0.0, atol=1e-12)
+    crawl = Crawl(CrawlGains(stride=0.1, pull_time=0.4, push_time=0.8), start=0.5)
+    # Half way a step of the fifth degree, at rest and without acceleration at its ends, is steepest
+    # with 15/8 of its way in its time, and an end that is still at rest is behind by half of it.
+    crawl.goals(view_at(0.0))
+    pull = crawl.goals(view_at(0.7))
+    pulled = crawl.phase
+    np.testing.assert_allclose(wanted(pull)[TAIL, 0], 0.1 * 1.875 / 0.4 + 10.0 * 0.05, atol=1e-12)
+    np.testing.assert_allclose(wanted(pull)[HEAD], 0.0, atol=1e-12)
+    crawl.goals(view_at(0.9, tail=0.06))
+    push = crawl.goals(view_at(1.3, tail=0.06))
+    assert (pulled, crawl.phase) == (CrawlPhase.PULL, CrawlPhase.PUSH)
+    # Half way the ends are to be half a stride nearer than at first; they are 0.06 m nearer.
+    ahead = 0.1 * 1.875 / 0.8 + 10.0 * (0.06 - 0.05)
+    np.testing.assert_allclose(wanted(push)[HEAD, 0], ahead, atol=1e-12)
+    np.testing.assert_allclose(wanted(push)[TAIL], 0.0, atol=1e-12)
+    for goals, slippery in ((pull, 0), (push, 5)):
+        np.testing.assert_allclose(goals.objectives[-1].target, 0.0, atol=1e-12)
         assert len(goals.patches) == 6
+        assert [i for i, p in enumerate(goals.patches) if p.slips] == [slippery]
+
+
+def test_an_end_that_is_to_hold_comes_gently_to_a_stop() -> None:
+    """The velocity wanted of it is its own at first, and then falls with its distance to go."""
+    crawl = Crawl(CrawlGains(pull_time=0.4, follow=10.0), start=0.5)
+    crawl.goals(view_at(0.0))
+    crawl.goals(view_at(0.5))
+    push = crawl.goals(view_at(0.9, tail=0.06, speed=0.2))
+    np.testing.assert_allclose(wanted(push)[TAIL, 0], 0.2, atol=1e-12)
+    later = crawl.goals(view_at(1.0, tail=0.065))
+    np.testing.assert_allclose(wanted(later)[TAIL, 0], 0.2 - 10.0 * 0.005, atol=1e-12)
