@@ -16,7 +16,7 @@ from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 GAINS = BalanceGains(
     position=45.0,  # 1/s^2
     velocity=7.0,  # 1/s
-    spin=8.0,  # 1/s
+    spin=10.0,  # 1/s
     crouch=1.1,  # m per m
     momentum_weight=1.0,  # of rows in m g dt
     spin_weight=38.0,  # of rows in m g dt times 1 m
