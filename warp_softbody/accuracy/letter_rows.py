@@ -56,7 +56,9 @@ SLIDES = ("gone", "largest_tilt")
 LETTERS = (
     Case(scene="exercise-h", seconds=3.5, functionals=("sway_error", "swing"), **LETTER),
     Case(
+        # the shipped push of 0.45 fells it on the refined mesh, which a reference should not do
         scene="balance-i",
+        given={"push": 0.3},
         seconds=3.0,
         functionals=("largest_tilt", "upright_again", "last_tilt"),
         **LETTER,
