@@ -27,10 +27,11 @@ GAINS = BalanceGains(
     relax_within=0.08,  # m
 )
 """Found with the QPCC alone, at nu = 0.45: the rounded middle of the eight best of 70 random draws
-at a push of 0.48 body weights, around the best of 90 wider draws at 0.42; the relaxing by hand."""
+at a push of 0.48 body weights, around the best of 90 wider draws at 0.42; the relaxing and the spin
+by hand."""
 
 POISSON_RATIO = 0.425
-"""At 0.45 the letter stands pushes up to 0.55 body weights, here up to 0.53, and the volume changes
+"""At 0.45 the letter stands pushes up to 0.55 body weights, here up to 0.55, and the volume changes
 by less than 5 % on a body 20 % softer too."""
 
 
