@@ -31,8 +31,8 @@ at a push of 0.48 body weights, around the best of 90 wider draws at 0.42; the r
 by hand."""
 
 POISSON_RATIO = 0.425
-"""At 0.45 the letter stands pushes up to 0.55 body weights, here up to 0.55, and the volume changes
-by less than 5 % on a body 20 % softer too."""
+"""At which the letter stands pushes up to 0.55 body weights, and the volume changes by less than
+5 % on a body 20 % softer too."""
 
 
 PUSH = replace(PUSH_SETTINGS[0], default=0.45)
