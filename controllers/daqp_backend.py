@@ -56,6 +56,7 @@ class DAQPBackend:
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise InputError(f"DAQP setting {name!r} cannot be {value!r}")
         self._tolerance = tolerance
+        self._known: tuple[FloatArray, FloatArray] = (NONE, NONE)
 
     def solve(self, problem: QPProblem) -> QPSolution:
         """Solve one QP from scratch."""
@@ -107,13 +108,9 @@ class DAQPBackend:
         """
         rows, n, count = matrix.rows, len(problem.c), len(problem.h)
         r = len(rows)
-        diagonal = np.zeros((n + r, n + r))
-        each = np.arange(n + r)
-        diagonal[each[:n], each[:n]] = matrix.diagonal
-        diagonal[each[n:], each[n:]] = 1.0
         sides = np.zeros((r + count, n + r))
         sides[:r, :n] = rows
-        sides[each[:r], each[n:]] = -1.0
+        sides.reshape(-1)[n : r * (n + r) : n + r + 1] = -1.0
         sides[r:, :n] = problem.G
         upper = np.full(n + 2 * r + count, np.inf)
         upper[:n], upper[n + r : n + 2 * r] = problem.upper, 0.0
@@ -125,9 +122,19 @@ class DAQPBackend:
         headroom = problem.headroom
         if headroom < math.inf:
             headroom += matrix.saved(problem.c)
-        program = (diagonal, c, sides, upper, lower, kinds)
+        program = (self._spread_diagonal(matrix), c, sides, upper, lower, kinds)
         x, flag, slope, iterations = self._run(program, headroom)
-        return x[:n], flag, np.delete(slope, slice(n, n + 2 * r)), iterations
+        return x[:n], flag, np.concatenate([slope[:n], slope[n + 2 * r :]]), iterations
+
+    def _spread_diagonal(self, matrix: Gram) -> FloatArray:
+        """The matrix of all variables, kept while the diagonal is the same array."""
+        size = len(matrix.diagonal) + len(matrix.rows)
+        if self._known[0] is not matrix.diagonal or len(self._known[1]) != size:
+            whole = np.zeros((size, size))
+            whole.reshape(-1)[:: size + 1] = 1.0
+            whole.reshape(-1)[: len(matrix.diagonal) * (size + 1) : size + 1] = matrix.diagonal
+            self._known = matrix.diagonal, whole
+        return self._known[1]
 
     def _second(self, problem: QPProblem) -> QPSolution:
         """Another method's answer."""
