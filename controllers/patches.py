@@ -2,7 +2,7 @@
 
 The simulator resolves every touching node; the controller sees, for each named region, one point
 with the mean velocity of the nodes that touch. While none of a region's nodes touches, its lowest
-node stands for it. Regions may share nodes; patches do not.
+node stands for it.
 """
 
 from __future__ import annotations
@@ -96,31 +96,15 @@ def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...
     for name, own in zip(regions, nodes, strict=True):
         if not len(own):
             raise InputError(f"patch region {name!r} holds no nodes")
-    return patches_of(view, ground, _standing(view, ground, nodes))
+    return patches_of(view, ground, [_standing(view, ground, own) for own in nodes])
 
 
-def _standing(view: BodyView, ground: Ground, regions: Sequence[IntArray]) -> list[Group]:
-    """Those nodes of each region that stand for it; no node stands for two.
-
-    Nodes of several regions count only where none of a region's own touches, and for the first such
-    region: of two contacts at one node the plan could let neither stick, as their gaps differ by
-    rounding, and a node that comes and goes would move both.
-    """
-    claims = np.bincount(np.concatenate(regions), minlength=view.node_count)
-    free = claims > 1
-    groups = []
-    for nodes in regions:
-        gaps, normals = ground.measure(view.positions[nodes])
-        touching, own = view.touching[nodes], claims[nodes] == 1
-        chosen = touching & own
-        if not chosen.any():
-            chosen = touching & free[nodes]
-            free[nodes[chosen]] = False
-        if not chosen.any():
-            usable = own if own.any() else np.ones(len(nodes), dtype=bool)
-            chosen = usable & (gaps <= gaps[usable].min() + 1e-9)
-        groups.append(Group(nodes[chosen], gaps[chosen], normals[chosen]))
-    return groups
+def _standing(view: BodyView, ground: Ground, nodes: IntArray) -> Group:
+    """Those nodes of a region that stand for it."""
+    gaps, normals = ground.measure(view.positions[nodes])
+    touching = view.touching[nodes]
+    chosen = touching if touching.any() else gaps <= gaps.min() + 1e-9
+    return Group(nodes[chosen], gaps[chosen], normals[chosen])
 
 
 def patches_of(view: BodyView, ground: Ground, groups: Sequence[Group]) -> tuple[Patch, ...]:

@@ -132,9 +132,14 @@ def test_interrupt_ends_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
             time.sleep(0.02)
         os.kill(os.getpid(), signal.SIGINT)
 
+    # a shell that runs this in the background leaves interrupts ignored
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Thread(target=interrupt, daemon=True).start()
-    with pytest.raises(KeyboardInterrupt):
-        run_worker(monkeypatch, tmp_path, body)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_worker(monkeypatch, tmp_path, body)
+    finally:
+        signal.signal(signal.SIGINT, before)
     with pytest.raises(ProcessLookupError):
         os.kill(int(note.read_text()), 0)
 
