@@ -36,7 +36,7 @@ TWIST = JumpGains(
         velocity=9.0,
         spin_weight=3.0,
         activation=ActivationCost(effort=0.08, change=3.5),
-        relax=80.0,
+        relax=160.0,
         relax_within=0.2,  # m
     ),
     ease=2.0,
