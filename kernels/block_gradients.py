@@ -42,6 +42,35 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
                 result[k] = numerator[k] / denominator[k]
         return result
 
+    @func
+    def product(
+        b: int,
+        i: int,
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        damped_masses: wp.array(dtype=scalar),
+        values: wp.array(dtype=mat33),
+        x: wp.array2d(dtype=block),
+    ):
+        # rows of M~ x, the stiffness by differences across edges (``kernels/rows.py``)
+        own0 = x[b, 3 * i]
+        own1 = x[b, 3 * i + 1]
+        own2 = x[b, 3 * i + 2]
+        y0 = block()
+        y1 = block()
+        y2 = block()
+        for k in range(row_start[i], row_start[i + 1]):
+            A = values[k]
+            j = 3 * column[k]
+            x0 = x[b, j] - own0
+            x1 = x[b, j + 1] - own1
+            x2 = x[b, j + 2] - own2
+            y0 += A[0, 0] * x0 + A[0, 1] * x1 + A[0, 2] * x2
+            y1 += A[1, 0] * x0 + A[1, 1] * x1 + A[1, 2] * x2
+            y2 += A[2, 0] * x0 + A[2, 1] * x1 + A[2, 2] * x2
+        mass = damped_masses[i]
+        return y0 + mass * own0, y1 + mass * own1, y2 + mass * own2
+
     @kernel
     def residual(
         # model
@@ -50,6 +79,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         fixed: wp.array(dtype=int),
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
+        damped_masses: wp.array(dtype=scalar),
         subtract: int,
         # in
         values: wp.array(dtype=mat33),
@@ -67,15 +97,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
             r1 = block()
             r2 = block()
             if subtract != 0:
-                for k in range(row_start[i], row_start[i + 1]):
-                    A = values[k]
-                    j = 3 * column[k]
-                    x0 = x[b, j]
-                    x1 = x[b, j + 1]
-                    x2 = x[b, j + 2]
-                    r0 += A[0, 0] * x0 + A[0, 1] * x1 + A[0, 2] * x2
-                    r1 += A[1, 0] * x0 + A[1, 1] * x1 + A[1, 2] * x2
-                    r2 += A[2, 0] * x0 + A[2, 1] * x1 + A[2, 2] * x2
+                r0, r1, r2 = product(b, i, row_start, column, damped_masses, values, x)
             r0 = right[b, 3 * i] - r0
             r1 = right[b, 3 * i + 1] - r1
             r2 = right[b, 3 * i + 2] - r2
@@ -182,6 +204,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         fixed: wp.array(dtype=int),
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
+        damped_masses: wp.array(dtype=scalar),
         # in
         values: wp.array(dtype=mat33),
         p: wp.array2d(dtype=block),
@@ -196,15 +219,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
             q1 = block()
             q2 = block()
             if fixed[i] == 0:
-                for k in range(row_start[i], row_start[i + 1]):
-                    A = values[k]
-                    j = 3 * column[k]
-                    x0 = p[b, j]
-                    x1 = p[b, j + 1]
-                    x2 = p[b, j + 2]
-                    q0 += A[0, 0] * x0 + A[0, 1] * x1 + A[0, 2] * x2
-                    q1 += A[1, 0] * x0 + A[1, 1] * x1 + A[1, 2] * x2
-                    q2 += A[2, 0] * x0 + A[2, 1] * x1 + A[2, 2] * x2
+                q0, q1, q2 = product(b, i, row_start, column, damped_masses, values, p)
             q[b, 3 * i] = q0
             q[b, 3 * i + 1] = q1
             q[b, 3 * i + 2] = q2

@@ -1,6 +1,6 @@
 """Preconditioned conjugate gradients, one right-hand side, on the velocities contact leaves free.
 
-The unknown is v+ in place. Each node is free, slides on a plane (its normal velocity is given) or
+``M~ v+ = M v + b``, with the given b the forces' impulses; the unknown is v+ in place. Each node is free, slides on a plane (its normal velocity is given) or
 on a line (two components are given), or is held; the operator is S (M~ + G) S with S the projector
 onto the free velocities and G the slip stiffness, a 3 x 3 block for each sliding node. Sums run
 over fixed chunks of nodes in a fixed order, in double precision, so a run repeats bit for bit.
@@ -49,17 +49,24 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             return wp.dot(axis, value) * axis
         return vec3()
 
-    part_of_row = make_rows(precision, SUBJECT).part_of_row
+    stiffness_of_row = make_rows(precision, SUBJECT).stiffness_of_row
 
     @func
-    def row_product(
+    def momentum_change(
         i: int,
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
+        masses: wp.array(dtype=scalar),
+        damped_masses: wp.array(dtype=scalar),
         values: wp.array(dtype=mat33),
+        before: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
     ):
-        return part_of_row(row_start[i], row_start[i + 1], column, values, x)
+        # M~ x - M v at a node, v the velocities before the step: what its forces have to bring
+        # about. M x and M v are never formed: beside them, what a small step changes is rounding.
+        change = damped_masses[i] * (x[i] - before[i])
+        change += (damped_masses[i] - masses[i]) * before[i]
+        return change + stiffness_of_row(i, row_start, column, values, x)
 
     @func
     def change_square(mass: scalar, start: vec3, now: vec3):
@@ -74,12 +81,14 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
         masses: wp.array(dtype=scalar),
+        damped_masses: wp.array(dtype=scalar),
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
         axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         right_side: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
         start: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
         # out
@@ -91,7 +100,9 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         total = wp.float64(0.0)
         change = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, x.shape[0])):
-            value = right_side[i] - row_product(i, row_start, column, values, x)
+            value = right_side[i] - momentum_change(
+                i, row_start, column, masses, damped_masses, values, before, x
+            )
             value -= slip_stiffness[i] * x[i]
             value = project(kinds[i], axes[i], value)
             r[i] = value
@@ -158,6 +169,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         chunk: int,
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
+        damped_masses: wp.array(dtype=scalar),
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
@@ -171,8 +183,8 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         c = wp.tid()
         total = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, p.shape[0])):
-            value = row_product(i, row_start, column, values, p)
-            value += slip_stiffness[i] * p[i]
+            value = stiffness_of_row(i, row_start, column, values, p)
+            value += damped_masses[i] * p[i] + slip_stiffness[i] * p[i]
             value = project(kinds[i], axes[i], value)
             q[i] = value
             total += double_dot(p[i], value)
@@ -219,6 +231,6 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         direction=direction,
         product=product,
         advance=advance,
-        row_product=row_product,
+        momentum_change=momentum_change,
         project=project,
     )

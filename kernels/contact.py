@@ -45,7 +45,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(subject), types.func(subject)
     vec2 = wp.types.vector(length=2, dtype=scalar)
-    row_product = cg.make_conjugate_gradients(precision).row_product
+    momentum_change = cg.make_conjugate_gradients(precision).momentum_change
     make_factor = directional_factor if directional else constant_factor
     friction_factor = make_factor(precision, subject)
     law = make_smooth_law(precision, subject)
@@ -118,6 +118,8 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
         diagonal_slot: wp.array(dtype=int),
+        masses: wp.array(dtype=scalar),
+        damped_masses: wp.array(dtype=scalar),
         friction_coefficient: wp.array(dtype=scalar),
         forward: wp.array(dtype=vec3),
         friction_factors: wp.array2d(dtype=scalar),
@@ -126,6 +128,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         node_rotations: wp.array(dtype=mat33),
         values: wp.array(dtype=mat33),
         right: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
         normals: wp.array(dtype=vec3),
         normal_velocity: wp.array(dtype=scalar),
@@ -153,7 +156,10 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         weight = scalar(0.3333333333333333) * wp.trace(values[diagonal_slot[i]])
         impulse = vec3()
         if mode != lift:
-            impulse = row_product(i, row_start, column, values, x) - right[i]
+            change = momentum_change(
+                i, row_start, column, masses, damped_masses, values, before, x
+            )
+            impulse = change - right[i]
         normal_impulse = wp.dot(n, impulse)
         normal_speed = wp.dot(n, x[i])
         sliding = x[i] - normal_speed * n

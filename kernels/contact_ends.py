@@ -19,7 +19,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
-    part_of_row = make_rows(precision, SUBJECT).part_of_row
+    stiffness_of_row = make_rows(precision, SUBJECT).stiffness_of_row
 
     @kernel
     def right_side(
@@ -30,7 +30,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         has_muscles: int,
         follows: int,
         # in
-        momentum: wp.array(dtype=vec3),
+        impulses: wp.array(dtype=vec3),
         external_forces: wp.array(dtype=vec3),
         muscle_forces: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
@@ -39,6 +39,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         # out
         right: wp.array(dtype=vec3),
         right_with_slip: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
         start: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
     ):
@@ -47,10 +48,11 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         if has_muscles != 0:
             for k in range(node_start[i], node_start[i + 1]):
                 force += muscle_forces[node_corners[k]]
-        known = momentum[i] + step_factors[0] * force
+        known = impulses[i] + step_factors[0] * force
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
         first = velocities[i]
+        before[i] = first
         if follows != 0:
             first += increments[i]
         start[i] = first
@@ -62,14 +64,13 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         node_start: wp.array(dtype=int),
         node_corners: wp.array(dtype=int),
         step_factors: wp.array(dtype=scalar),
-        damped_mass: wp.array(dtype=scalar),
         stiffness_share: wp.array(dtype=scalar),
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
         has_muscles: int,
         # in
         values: wp.array(dtype=mat33),
-        momentum: wp.array(dtype=vec3),
+        impulses: wp.array(dtype=vec3),
         external_forces: wp.array(dtype=vec3),
         muscle_forces: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
@@ -85,9 +86,8 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         if has_muscles != 0:
             for k in range(node_start[i], node_start[i + 1]):
                 force += muscle_forces[node_corners[k]]
-        stiff = part_of_row(row_start[i], row_start[i + 1], column, values, x)
-        stiff -= damped_mass[i] * x[i]
-        known = momentum[i] + step_factors[0] * force + stiffness_share[i] * stiff
+        stiff = stiffness_of_row(i, row_start, column, values, x)
+        known = impulses[i] + step_factors[0] * force + stiffness_share[i] * stiff
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
 

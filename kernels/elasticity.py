@@ -110,6 +110,7 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         # out
         values: wp.array(dtype=mat33),
         node_rotations: wp.array(dtype=mat33),
+        impulses: wp.array(dtype=vec3),
         momentum: wp.array(dtype=vec3),
     ):
         # ``turned``: the node rotations are known already
@@ -133,7 +134,9 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         if turned == 0:
             node_rotations[i] = closest_rotation(turn)
         # what the step would do without muscles, pushes and contact: M v + dt (f_x + f_e)
-        momentum[i] = mass[i] * velocities[i] + step_factors[0] * force
+        impulse = step_factors[0] * force
+        impulses[i] = impulse
+        momentum[i] = mass[i] * velocities[i] + impulse
 
     return SimpleNamespace(
         deform_tets=deform_tets, stiffness_edges=stiffness_edges, finish_nodes=finish_nodes

@@ -4,6 +4,10 @@ A step that follows its time error starts its solve from the velocities extrapol
 two. They are off by (v+ - v) - (v - v-), twice the error that the implicit Euler step makes in v+.
 As M~ >= M, the residual bounds the momentum that an unfinished solve is off by; it may be
 ``TIME_ERROR_SHARE`` of the step's own error, and need not be less than the tolerance allows.
+
+The tolerance is relative to the momentum of the nodes. Of a fast body in short steps that would be
+more than a step changes, so it allows at most ``MOST_OF_CHANGE`` times as much of the impulses that
+the step is given, or of the residual that it starts from.
 """
 
 from functools import cache
@@ -22,7 +26,8 @@ STOP_SQUARE = 3
 NEW_PRODUCT = 4
 CURVATURE = 5
 FLOOR_SQUARE = 6
-SCALARS = 7
+IMPULSE_SQUARE = 7
+SCALARS = 8
 
 ITERATIONS = 0
 CONDITION = 1
@@ -34,6 +39,9 @@ COUNTERS = 10
 LOOSE_REDUCTION = 0.03
 """Reduction of the residual in a solve whose only purpose is to choose contact modes."""
 
+MOST_OF_CHANGE = 30.0
+"""Times the tolerance, of what a step changes, that its residual may be."""
+
 TIME_ERROR_SHARE = 0.05
 """Of the error that the step itself makes, what the solve may add where it follows that error."""
 
@@ -42,8 +50,9 @@ TIME_ERROR_SHARE = 0.05
 def make_stopping(precision: str) -> SimpleNamespace:
     """Kernels that set, follow and check the residual at which the iteration stops."""
     types = real(precision)
-    vec3 = types.vec3
+    scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    most_square = wp.constant(wp.float64(MOST_OF_CHANGE * MOST_OF_CHANGE))
     loose_square = wp.constant(wp.float64(LOOSE_REDUCTION * LOOSE_REDUCTION))
     share_square = wp.constant(wp.float64((0.5 * TIME_ERROR_SHARE) ** 2))
 
@@ -67,20 +76,25 @@ def make_stopping(precision: str) -> SimpleNamespace:
         # model
         relative_tolerance: wp.array(dtype=wp.float64),
         fixed: wp.array(dtype=int),
+        masses: wp.array(dtype=scalar),
         # in
-        momentum: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        impulses: wp.array(dtype=vec3),
         # out
         scalars: wp.array(dtype=wp.float64),
     ):
         # a fixed node's right-hand side is what holds it, and is no measure of the motion
         total = wp.float64(0.0)
-        for i in range(momentum.shape[0]):
+        given = wp.float64(0.0)
+        for i in range(impulses.shape[0]):
             if fixed[i] == 0:
-                total += double_dot(momentum[i], momentum[i])
-        tolerance = relative_tolerance[0]
-        square = tolerance * tolerance * total
-        scalars[FLOOR_SQUARE] = square
-        scalars[TARGET_SQUARE] = square
+                momentum = masses[i] * before[i] + impulses[i]
+                total += double_dot(momentum, momentum)
+                given += double_dot(impulses[i], impulses[i])
+        square = relative_tolerance[0] * relative_tolerance[0]
+        scalars[FLOOR_SQUARE] = square * total
+        scalars[TARGET_SQUARE] = square * total
+        scalars[IMPULSE_SQUARE] = square * given
 
     @func
     def follow_time_error(
@@ -94,11 +108,13 @@ def make_stopping(precision: str) -> SimpleNamespace:
     @kernel
     def begin(
         # model
+        relative_tolerance: wp.array(dtype=wp.float64),
         follows: int,
         # in
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
         first: int,
+        opens: int,
         # out
         scalars: wp.array(dtype=wp.float64),
         counters: wp.array(dtype=int),
@@ -106,6 +122,11 @@ def make_stopping(precision: str) -> SimpleNamespace:
         square = total_of(partial)
         scalars[LAST_SQUARE] = square
         scalars[RESIDUAL_PRODUCT] = wp.float64(0.0)
+        if opens != 0:
+            tolerance = relative_tolerance[0]
+            change = wp.max(scalars[IMPULSE_SQUARE], tolerance * tolerance * square)
+            scalars[FLOOR_SQUARE] = wp.min(scalars[FLOOR_SQUARE], most_square * change)
+            scalars[TARGET_SQUARE] = scalars[FLOOR_SQUARE]
         if follows != 0:
             follow_time_error(change_partial, scalars)
         stop = scalars[TARGET_SQUARE]

@@ -33,6 +33,7 @@ class Assembly:
         area_rows: (m,) mat33, deformed face areas for the muscles.
         values: (blocks,) mat33, the matrix M~.
         node_rotations: (n,) mat33, means over the tets around.
+        impulses: (n,) vec3 N s, dt (f_x + f_e).
         momentum: (n,) vec3, M v + dt (f_x + f_e).
     """
 
@@ -46,6 +47,7 @@ class Assembly:
         self.area_rows = model.zeros(m, types.mat33) if self._muscular else None
         self.values = model.zeros(len(model.topology.column), types.mat33)
         self.node_rotations = model.zeros(n, types.mat33)
+        self.impulses = model.zeros(n, types.vec3)
         self.momentum = model.zeros(n, types.vec3)
         self._gradients = model.zeros(4 * m, types.vec3)
         self._forces = model.zeros(4 * m, types.vec3)
@@ -203,6 +205,7 @@ class Assembly:
             body = [arrays["mass"][a:b], arrays["rest_volume"]]
             step = [arrays["gravity"], part.step_factors, turned]
             now = [velocities[a:b], self.rotations, self._forces]
-            outputs = [self.values, self.node_rotations[a:b], self.momentum[a:b]]
+            outputs = [self.values, self.node_rotations[a:b]]
+            outputs += [self.impulses[a:b], self.momentum[a:b]]
             inputs = [*around, *rows, *body, *step, *now]
             self._launch(self._elasticity.finish_nodes, a, b, inputs, outputs)

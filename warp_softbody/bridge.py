@@ -210,7 +210,7 @@ class Bridge:
             self._preconditioner.renew(self._unbound)
         self._preconditioner.prepare(self._unbound)
         size = [model.chunk, model.node_count]
-        rows = [a["fixed"], a["row_start"], a["column"]]
+        rows = [a["fixed"], a["row_start"], a["column"], a["damped_mass"]]
         matrix = self._stepper.assembly.values
         chunks = (blocks, model.chunk_count)
         residual = [w["j"], w["x"]]

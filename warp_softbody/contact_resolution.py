@@ -29,8 +29,9 @@ class ContactResolution:
     """Finds the velocities of a step and the contact modes that go with them.
 
     Attributes:
-        right: (n,) vec3, known momentum of the step, without contact.
+        right: (n,) vec3 N s, known impulses of the step, without contact.
         right_with_slip: the same with the constant part of friction.
+        before: (n,) vec3 m/s, the velocities before the step.
         start: (n,) vec3 m/s, the velocities that the step's first solve starts from.
         x: (n,) vec3 m/s, the velocities.
         preconditioner: of the solves.
@@ -54,7 +55,7 @@ class ContactResolution:
         self._largest_violations = model.zeros(1, pair)
         self.preconditioner = make_preconditioner(model, assembly.values, assembly.node_rotations)
         self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
-        self.start = self._solver.start
+        self.before, self.start = self._solver.before, self._solver.start
         self._pairs: PairContact | None = None
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
@@ -80,14 +81,14 @@ class ContactResolution:
         self._solver.set_target(self.right)
         if self._detection is not None:
             self._detection.launch(state, self._normal_velocity, self._solver.normals)
-        self._launch_pass(contacts, renew=renew, first=True)
+        self._launch_pass(contacts, renew=renew, first=True, opens=True)
 
     def launch_next(self, contacts: Contacts) -> None:
         """Launch the first solve of a further Newton iteration."""
         self._add_pair_frictions(contacts)
         self._solver.set_target(self.right)
         self._launch(self._begin_iteration, 1, [], [self._solver.counters])
-        self._launch_pass(contacts)
+        self._launch_pass(contacts, opens=True)
 
     def launch_modes(self, contacts: Contacts) -> None:
         """Launch the choice of modes, and solves with them, until they settle."""
@@ -107,7 +108,14 @@ class ContactResolution:
             known = [self.right, contacts.friction_forces, self.right_with_slip]
             self._pairs.add_frictions(contacts.pairs, *known)
 
-    def _launch_pass(self, contacts: Contacts, *, renew: bool = False, first: bool = False) -> None:
+    def _launch_pass(
+        self,
+        contacts: Contacts,
+        *,
+        renew: bool = False,
+        first: bool = False,
+        opens: bool = False,
+    ) -> None:
         m, a, k = self._model, self._model.arrays, self._kernels
         if m.contact_count:
             inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
@@ -123,7 +131,8 @@ class ContactResolution:
             self._pairs.impose(contacts.pairs, self.x)
             rows = PairRows(self._pairs, contacts.pairs)
         slip_stiffness = contacts.slip_stiffness
-        self._solver.solve(self.right_with_slip, slip_stiffness, self.x, rows, first=first)
+        known = (self.right_with_slip, slip_stiffness, self.x)
+        self._solver.solve(*known, rows, first=first, opens=opens)
 
     def _launch_update(self, contacts: Contacts) -> None:
         m, solver = self._model, self._solver
@@ -146,11 +155,11 @@ class ContactResolution:
         m, a, solver = self._model, self._model.arrays, self._solver
         if not m.contact_count:
             return
-        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
+        rows = [a["row_start"], a["column"], a["diagonal_slot"], a["mass"], a["damped_mass"]]
         law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
         follows = int(m.options.follows_time_error)
         inputs = [follows, a["surface_nodes"], a["fixed"], *rows, *law, a["contact_tolerances"]]
-        now = [self._assembly.node_rotations, self._assembly.values, right, self.x]
+        now = [self._assembly.node_rotations, self._assembly.values, right, self.before, self.x]
         now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]
         outputs = [
             contacts.modes,

@@ -48,6 +48,7 @@ class ConjugateGradients:
         self.scalars = model.zeros(stopping.SCALARS, wp.float64)
         self.counters = model.zeros(stopping.COUNTERS, wp.int32)
         self._follows = int(model.options.follows_time_error)
+        self.before = model.zeros(n, types.vec3)
         self.start = model.zeros(n, types.vec3)
         self.kinds = model.zeros(n, wp.int32)
         self.normals = model.zeros(n, types.vec3)
@@ -62,17 +63,18 @@ class ConjugateGradients:
             device=self._model.options.device,
         )
 
-    def set_target(self, momentum: Any) -> None:
-        """Launch the stopping residual: the tolerance times |momentum| of the free nodes."""
+    def set_target(self, impulses: Any) -> None:
+        """Launch the stopping residual: the tolerance times |M v + impulses| of the free nodes."""
         a = self._model.arrays
-        inputs = [a["tolerance"], a["fixed"], momentum]
+        inputs = [a["tolerance"], a["fixed"], a["mass"], self.before, impulses]
         self._launch(self._stopping.set_target, inputs, [self.scalars], dim=1)
 
     def residual(self, right_side: Any, slip_stiffness: Any, x: Any) -> Any:
         """Launch r = S (b - (M~ + G) x); the array that it is written to."""
         a, s = self._model.arrays, self._sums
         (chunk, *rows), surroundings = self._operator(slip_stiffness)
-        inputs = [chunk, self._follows, *rows, a["mass"], *surroundings, right_side, self.start, x]
+        inputs = [chunk, self._follows, *rows, a["mass"], a["damped_mass"], *surroundings]
+        inputs += [right_side, self.before, self.start, x]
         outputs = [self._vectors["r"], s["rr"], s["change"]]
         self._launch(self._kernels.residual, inputs, outputs)
         return self._vectors["r"]
@@ -89,18 +91,21 @@ class ConjugateGradients:
         constraints: Constraints | None = None,
         *,
         first: bool = False,
+        opens: bool = False,
     ) -> None:
         """Launch the iteration from the x given, in place.
 
         Constraints narrow S to a part of the free velocities, and may add to the matrix.
-        The ``first`` solve of a step that follows its time error makes an iteration at least.
+        The ``first`` solve of a step that follows its time error makes an iteration at least; one
+        that ``opens`` a Newton iteration bounds the stopping residual by its own first one.
         """
         m, k, v, s = self._model, self._kernels, self._vectors, self._sums
         rows, surroundings = self._operator(slip_stiffness)
         self.residual(right_side, slip_stiffness, x)
         if constraints is not None:
             constraints.finish_residual(x, v["r"], s["rr"])
-        inputs = [self._follows, s["rr"], s["change"], int(first)]
+        inputs = [m.arrays["tolerance"], self._follows, s["rr"], s["change"]]
+        inputs += [int(first), int(opens)]
         self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 
         def iterate() -> None:
@@ -112,7 +117,8 @@ class ConjugateGradients:
                 constraints.project(v["z"])
             self._launch(k.add_up, [stopping.NEW_PRODUCT, s["rz"]], [self.scalars], dim=1)
             self._launch(k.direction, [m.chunk, self.scalars, v["z"]], [v["p"]])
-            self._launch(k.product, [*rows, *surroundings, v["p"]], [v["q"], s["pq"]])
+            inputs = [*rows, m.arrays["damped_mass"], *surroundings, v["p"]]
+            self._launch(k.product, inputs, [v["q"], s["pq"]])
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
             self._launch(k.add_up, [stopping.CURVATURE, s["pq"]], [self.scalars], dim=1)

@@ -145,7 +145,7 @@ class Stepper:
             self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
         nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
         forces = [
-            self.assembly.momentum,
+            self.assembly.impulses,
             control.external_forces,
             self._muscle_forces,
             state.velocities,
@@ -153,7 +153,7 @@ class Stepper:
         ]
         flags = [int(self._muscles is not None), int(m.options.follows_time_error)]
         inputs = [*nodes, *flags, *forces, contacts.friction_forces]
-        outputs = [contact.right, contact.right_with_slip, contact.start, contact.x]
+        outputs = [contact.right, contact.right_with_slip, contact.before, contact.start, contact.x]
         self._launch(k.right_side, m.node_count, inputs, outputs)
         contact.launch_first(state, contacts, renew)
 
@@ -179,9 +179,9 @@ class Stepper:
         m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
         self.assembly.launch(after.positions, state.velocities)
         nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
-        nodes += [a["damped_mass"], a["stiffness_share"]]
+        nodes += [a["stiffness_share"]]
         rows = [a["row_start"], a["column"]]
-        known = [self.assembly.values, self.assembly.momentum, control.external_forces]
+        known = [self.assembly.values, self.assembly.impulses, control.external_forces]
         inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
         inputs += [contact.x, contacts.friction_forces]
         outputs = [contact.right, contact.right_with_slip]
