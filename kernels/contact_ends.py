@@ -39,12 +39,14 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         # out
         right: wp.array(dtype=vec3),
         right_with_slip: wp.array(dtype=vec3),
+        outer_impulses: wp.array(dtype=vec3),
         before: wp.array(dtype=vec3),
         start: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
     ):
         i = wp.tid()
         force = external_forces[i]
+        outer_impulses[i] = step_factors[0] * force
         if has_muscles != 0:
             for k in range(node_start[i], node_start[i + 1]):
                 force += muscle_forces[node_corners[k]]
@@ -109,12 +111,16 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         positions: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
+        carry: wp.array(dtype=wp.vec3d),
         # out
         next_positions: wp.array(dtype=vec3),
         next_velocities: wp.array(dtype=vec3),
         next_increments: wp.array(dtype=vec3),
+        next_carry: wp.array(dtype=wp.vec3d),
     ):
         i = wp.tid()
+        if i < carry.shape[0]:
+            next_carry[i] = carry[i]
         next_increments[i] = x[i] - velocities[i]
         next_velocities[i] = x[i]
         next_positions[i] = positions[i] + step_factors[0] * x[i]

@@ -7,7 +7,7 @@ As M~ >= M, the residual bounds the momentum that an unfinished solve is off by;
 
 The tolerance is relative to the momentum of the nodes. Of a fast body in short steps that would be
 more than a step changes, so it allows at most ``MOST_OF_CHANGE`` times as much of the impulses that
-the step is given, or of the residual that it starts from.
+the step is given, or of the largest residual that one of its solves starts from.
 """
 
 from functools import cache
@@ -26,8 +26,9 @@ STOP_SQUARE = 3
 NEW_PRODUCT = 4
 CURVATURE = 5
 FLOOR_SQUARE = 6
-IMPULSE_SQUARE = 7
-SCALARS = 8
+WHOLE_SQUARE = 7
+CHANGE_SQUARE = 8
+SCALARS = 9
 
 ITERATIONS = 0
 CONDITION = 1
@@ -92,9 +93,8 @@ def make_stopping(precision: str) -> SimpleNamespace:
                 total += double_dot(momentum, momentum)
                 given += double_dot(impulses[i], impulses[i])
         square = relative_tolerance[0] * relative_tolerance[0]
-        scalars[FLOOR_SQUARE] = square * total
-        scalars[TARGET_SQUARE] = square * total
-        scalars[IMPULSE_SQUARE] = square * given
+        scalars[WHOLE_SQUARE] = square * total
+        scalars[CHANGE_SQUARE] = square * given
 
     @func
     def follow_time_error(
@@ -114,7 +114,6 @@ def make_stopping(precision: str) -> SimpleNamespace:
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
         first: int,
-        opens: int,
         # out
         scalars: wp.array(dtype=wp.float64),
         counters: wp.array(dtype=int),
@@ -122,11 +121,11 @@ def make_stopping(precision: str) -> SimpleNamespace:
         square = total_of(partial)
         scalars[LAST_SQUARE] = square
         scalars[RESIDUAL_PRODUCT] = wp.float64(0.0)
-        if opens != 0:
-            tolerance = relative_tolerance[0]
-            change = wp.max(scalars[IMPULSE_SQUARE], tolerance * tolerance * square)
-            scalars[FLOOR_SQUARE] = wp.min(scalars[FLOOR_SQUARE], most_square * change)
-            scalars[TARGET_SQUARE] = scalars[FLOOR_SQUARE]
+        tolerance = relative_tolerance[0]
+        change = wp.max(scalars[CHANGE_SQUARE], tolerance * tolerance * square)
+        scalars[CHANGE_SQUARE] = change
+        scalars[FLOOR_SQUARE] = wp.min(scalars[WHOLE_SQUARE], most_square * change)
+        scalars[TARGET_SQUARE] = scalars[FLOOR_SQUARE]
         if follows != 0:
             follow_time_error(change_partial, scalars)
         stop = scalars[TARGET_SQUARE]

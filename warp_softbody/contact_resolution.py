@@ -14,6 +14,7 @@ from warp_softbody.ground_detection import make_detection
 from warp_softbody.kernels import contact as contact_kernels
 from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact_ends import make_contact_ends
+from warp_softbody.kernels.rigid_balance import make_rigid_balance
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
 from warp_softbody.pair_contact import PairContact, PairRows
@@ -31,9 +32,11 @@ class ContactResolution:
     Attributes:
         right: (n,) vec3 N s, known impulses of the step, without contact.
         right_with_slip: the same with the constant part of friction.
+        outer_impulses: (n,) vec3 N s, of the forces from outside, without gravity.
         before: (n,) vec3 m/s, the velocities before the step.
         start: (n,) vec3 m/s, the velocities that the step's first solve starts from.
         x: (n,) vec3 m/s, the velocities.
+        carry: (bodies,) vec3d N s, momentum that rounding keeps x from taking.
         preconditioner: of the solves.
     """
 
@@ -43,10 +46,16 @@ class ContactResolution:
         self._model = model
         self._assembly = assembly
         self._kernels = make_friction(model)
+        self._rigid_balance = make_rigid_balance(model.options.precision)
+        bodies = len(model.scene.parts)
+        self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
+        self._leaks = model.zeros(bodies, wp.float64)
+        self.carry = model.zeros(bodies, wp.vec3d)
         self._begin_iteration = make_contact_ends(model.options.precision).begin_iteration
         self._detection = make_detection(model)
         self.right = model.zeros(n, types.vec3)
         self.right_with_slip = model.zeros(n, types.vec3)
+        self.outer_impulses = model.zeros(n, types.vec3)
         self.x = model.zeros(n, types.vec3)
         self._normal_velocity = model.zeros(model.contact_count, types.scalar)
         self._changed = model.zeros(model.contact_count, wp.int32)
@@ -81,23 +90,23 @@ class ContactResolution:
         self._solver.set_target(self.right)
         if self._detection is not None:
             self._detection.launch(state, self._normal_velocity, self._solver.normals)
-        self._launch_pass(contacts, renew=renew, first=True, opens=True)
+        self._launch_pass(state, contacts, renew=renew, first=True)
 
-    def launch_next(self, contacts: Contacts) -> None:
+    def launch_next(self, state: State, contacts: Contacts) -> None:
         """Launch the first solve of a further Newton iteration."""
         self._add_pair_frictions(contacts)
         self._solver.set_target(self.right)
         self._launch(self._begin_iteration, 1, [], [self._solver.counters])
-        self._launch_pass(contacts, opens=True)
+        self._launch_pass(state, contacts)
 
-    def launch_modes(self, contacts: Contacts) -> None:
+    def launch_modes(self, state: State, contacts: Contacts) -> None:
         """Launch the choice of modes, and solves with them, until they settle."""
         if not self._model.contact_count and self._pairs is None:
             return
         self._launch_update(contacts)
 
         def settle() -> None:
-            self._launch_pass(contacts)
+            self._launch_pass(state, contacts)
             self._launch_update(contacts)
 
         again = contact_kernels.AGAIN
@@ -110,11 +119,11 @@ class ContactResolution:
 
     def _launch_pass(
         self,
+        state: State,
         contacts: Contacts,
         *,
         renew: bool = False,
         first: bool = False,
-        opens: bool = False,
     ) -> None:
         m, a, k = self._model, self._model.arrays, self._kernels
         if m.contact_count:
@@ -132,7 +141,20 @@ class ContactResolution:
             rows = PairRows(self._pairs, contacts.pairs)
         slip_stiffness = contacts.slip_stiffness
         known = (self.right_with_slip, slip_stiffness, self.x)
-        self._solver.solve(*known, rows, first=first, opens=opens)
+        self._solver.solve(*known, rows, first=first)
+        self._launch_balance(state, contacts)
+
+    def _launch_balance(self, state: State, contacts: Contacts) -> None:
+        """Launch what gives bodies back the momentum that the solve left over."""
+        a, solver, k = self._model.arrays, self._solver, self._rigid_balance
+        if self._pairs is not None and contacts.pairs is not None:
+            inputs = [a["body_start"], a["surface_nodes"], self._pairs.corners, contacts.pairs.modes]
+            self._launch(k.join_touching, 1, inputs, [self._groups])
+        inputs = [a["body_start"], self._groups, a["mass"], a["damped_mass"], a["gravity"]]
+        inputs += [a["step_factors"], solver.kinds, solver.axes, contacts.slip_stiffness]
+        inputs += [contacts.friction_forces, self.outer_impulses, self.before, state.carry]
+        outputs = [self.x, self.carry, self._leaks]
+        self._launch(k.balance, len(self._leaks), inputs, outputs)
 
     def _launch_update(self, contacts: Contacts) -> None:
         m, solver = self._model, self._solver

@@ -91,21 +91,18 @@ class ConjugateGradients:
         constraints: Constraints | None = None,
         *,
         first: bool = False,
-        opens: bool = False,
     ) -> None:
         """Launch the iteration from the x given, in place.
 
         Constraints narrow S to a part of the free velocities, and may add to the matrix.
-        The ``first`` solve of a step that follows its time error makes an iteration at least; one
-        that ``opens`` a Newton iteration bounds the stopping residual by its own first one.
+        The ``first`` solve of a step that follows its time error makes an iteration at least.
         """
         m, k, v, s = self._model, self._kernels, self._vectors, self._sums
         rows, surroundings = self._operator(slip_stiffness)
         self.residual(right_side, slip_stiffness, x)
         if constraints is not None:
             constraints.finish_residual(x, v["r"], s["rr"])
-        inputs = [m.arrays["tolerance"], self._follows, s["rr"], s["change"]]
-        inputs += [int(first), int(opens)]
+        inputs = [m.arrays["tolerance"], self._follows, s["rr"], s["change"], int(first)]
         self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 
         def iterate() -> None:

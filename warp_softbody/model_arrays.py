@@ -135,6 +135,7 @@ def _body_arrays(make: Allocator, scene: Scene, masses: FloatArray) -> Arrays:
         "gravity": make.array([scene.gravity], types.vec3),
         "mass": make.array(masses, types.scalar),
         "fixed": make.array(fixed, wp.int32),
+        "body_start": make.array([0, *(part.nodes.stop for part in scene.parts)], wp.int32),
     }
 
 

@@ -142,6 +142,11 @@ class PairContact:
         """The pairs of a step, from where it starts; a node that has none lifts."""
         self._detection.find(state, self._pairs, pairs.modes)
 
+    @property
+    def corners(self) -> Any:
+        """(c,) vec3i, the triangle that each surface node may touch; negative for none."""
+        return self._pairs.corners
+
     def _shared(self, pairs: PairStates) -> list[Any]:
         return [self._pairs, pairs.modes, self._freedom, self._work]
 

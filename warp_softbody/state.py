@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from warp_softbody.model import Model
 
@@ -22,11 +23,13 @@ class State:
         velocities: (n,) vec3 m/s.
         increments: (n,) vec3 m/s, what the last step added to the velocities: where the next
             step's solve starts from, and what it takes its time error from.
+        carry: (bodies,) vec3d N s, momentum that rounding has kept the velocities from taking.
     """
 
     positions: Any
     velocities: Any
     increments: Any
+    carry: Any
 
     @staticmethod
     def at_rest(model: Model) -> State:
@@ -41,6 +44,7 @@ class State:
             model.array(points, model.types.vec3),
             model.array(velocity, model.types.vec3),
             model.zeros(model.node_count, model.types.vec3),
+            model.zeros(len(scene.parts), wp.vec3d),
         )
 
 

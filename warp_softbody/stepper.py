@@ -153,7 +153,8 @@ class Stepper:
         ]
         flags = [int(self._muscles is not None), int(m.options.follows_time_error)]
         inputs = [*nodes, *flags, *forces, contacts.friction_forces]
-        outputs = [contact.right, contact.right_with_slip, contact.before, contact.start, contact.x]
+        outputs = [contact.right, contact.right_with_slip, contact.outer_impulses]
+        outputs += [contact.before, contact.start, contact.x]
         self._launch(k.right_side, m.node_count, inputs, outputs)
         contact.launch_first(state, contacts, renew)
 
@@ -161,14 +162,14 @@ class Stepper:
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> None:
         m, k = self.model, self._ends
-        ends = [after.positions, after.velocities, after.increments]
+        ends = [after.positions, after.velocities, after.increments, after.carry]
         before = [state.positions, state.velocities]
-        inputs = [m.arrays["step_factors"], *before, self._contact.x]
-        self._contact.launch_modes(contacts)
+        inputs = [m.arrays["step_factors"], *before, self._contact.x, self._contact.carry]
+        self._contact.launch_modes(state, contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
             self._launch_again(state, control, contacts, after)
-            self._contact.launch_modes(contacts)
+            self._contact.launch_modes(state, contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
         self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
 
@@ -186,7 +187,7 @@ class Stepper:
         inputs += [contact.x, contacts.friction_forces]
         outputs = [contact.right, contact.right_with_slip]
         self._launch(k.newton_right_side, m.node_count, inputs, outputs)
-        contact.launch_next(contacts)
+        contact.launch_next(state, contacts)
 
     def _read_statistics(self) -> StepStatistics:
         reach, speed = self._extremes.numpy().tolist()

@@ -1,0 +1,196 @@
+"""Momentum of bodies that are free to move: what solver and rounding leave over, given back.
+
+The elastic and muscle forces of a body have no net force. So along every direction in which nothing
+holds a body, its momentum changes by gravity, outer forces and friction alone, whatever the linear
+solve leaves in its residual and whatever rounding does to velocities. A translation is in the null
+space of K; adding ``c = (sum of M~)^-1 (what is missing)`` to all velocities of a body is therefore
+the exact correction on that part of the solution, in the energy norm the best one. What the
+rounding of velocities then still takes is carried to the next step.
+
+Bodies that touch each other form a group: inside it impulses are opposite and equal.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels.contact_modes import LIFT
+from warp_softbody.kernels.precision import real
+
+SUBJECT = "rigid_balance"
+
+LEAST_ANGLE = 1e-4
+"""Sine of the angle between two directions in which nodes are held that makes them two."""
+
+
+@cache
+def make_rigid_balance(precision: str) -> SimpleNamespace:
+    """Kernels ``join_touching`` and ``balance``."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
+    lift = wp.constant(LIFT)
+    vec3d, mat33d = wp.vec3d, wp.mat33d
+    least_square = wp.constant(wp.float64(LEAST_ANGLE * LEAST_ANGLE))
+
+    @func
+    def wide(v: vec3):
+        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
+
+    @func
+    def wide_block(m: mat33):
+        return wp.matrix_from_rows(
+            wide(vec3(m[0, 0], m[0, 1], m[0, 2])),
+            wide(vec3(m[1, 0], m[1, 1], m[1, 2])),
+            wide(vec3(m[2, 0], m[2, 1], m[2, 2])),
+        )
+
+    @func
+    def body_of(node: int, node_start: wp.array(dtype=int)):
+        body = int(0)
+        while node_start[body + 1] <= node:
+            body += 1
+        return body
+
+    @func
+    def without(axis: vec3d, projector: mat33d):
+        # the projector onto what is left of its space beside a direction that something holds
+        rest = projector * axis
+        square = wp.length_sq(rest)
+        if square > least_square * wp.length_sq(axis):
+            return projector - wp.outer(rest, rest) / square
+        return projector
+
+    @func
+    def left_free(kind: int, axis: vec3d, projector: mat33d):
+        if kind == free:
+            return projector
+        if kind == slides:
+            return without(axis, projector)
+        if kind == held:
+            return mat33d()
+        # free along a line alone
+        rest = projector * axis
+        across = wp.length_sq(axis) - wp.length_sq(rest)
+        if across > least_square * wp.length_sq(axis):
+            return mat33d()
+        return wp.outer(axis, axis) / wp.length_sq(axis)
+
+    @func
+    def directions_left(
+        group: int,
+        node_start: wp.array(dtype=int),
+        groups: wp.array(dtype=int),
+        kinds: wp.array(dtype=int),
+        axes: wp.array(dtype=vec3),
+    ):
+        # the projector onto the translations of a group that nothing holds
+        projector = wp.identity(n=3, dtype=wp.float64)
+        for body in range(groups.shape[0]):
+            if groups[body] == group:
+                for i in range(node_start[body], node_start[body + 1]):
+                    if kinds[i] != free:
+                        projector = left_free(kinds[i], wide(axes[i]), projector)
+                        if wp.trace(projector) < wp.float64(0.5):
+                            return mat33d()
+        return projector
+
+    @kernel
+    def balance(
+        # model
+        node_start: wp.array(dtype=int),
+        groups: wp.array(dtype=int),
+        masses: wp.array(dtype=scalar),
+        damped_masses: wp.array(dtype=scalar),
+        gravity: wp.array(dtype=vec3),
+        step_factors: wp.array(dtype=scalar),
+        # in
+        kinds: wp.array(dtype=int),
+        axes: wp.array(dtype=vec3),
+        slip_stiffness: wp.array(dtype=mat33),
+        friction_forces: wp.array(dtype=vec3),
+        outer_impulses: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        carried: wp.array(dtype=vec3d),
+        # in and out
+        x: wp.array(dtype=vec3),
+        # out
+        carry: wp.array(dtype=vec3d),
+        leaks: wp.array(dtype=wp.float64),
+    ):
+        # one thread a group, the one of its first body; sums in double precision
+        group = wp.tid()
+        carry[group] = vec3d()
+        leaks[group] = wp.float64(0.0)
+        if groups[group] != group:
+            return
+        projector = directions_left(group, node_start, groups, kinds, axes)
+        if wp.trace(projector) < wp.float64(0.5):
+            return
+        missing = vec3d()
+        answer = mat33d()
+        size = wp.float64(0.0)
+        fall = wp.float64(step_factors[0]) * wide(gravity[0])
+        for body in range(groups.shape[0]):
+            if groups[body] == group:
+                missing += carried[body]
+                for i in range(node_start[body], node_start[body + 1]):
+                    m = wp.float64(masses[i])
+                    damped = wp.float64(damped_masses[i])
+                    old = wide(before[i])
+                    given = m * fall + wide(outer_impulses[i])
+                    size += wp.length(given) + m * wp.length(old)
+                    missing += given - damped * (wide(x[i]) - old) - (damped - m) * old
+                    answer += damped * wp.identity(n=3, dtype=wp.float64)
+                    if kinds[i] != free:
+                        slip = slip_stiffness[i]
+                        missing += wide(friction_forces[i] - slip * x[i])
+                        answer += wide_block(slip)
+        missing = projector * missing
+        # all of the mass in the directions that are held, so that there is an inverse
+        beside = wp.identity(n=3, dtype=wp.float64) - projector
+        inner = projector * answer * projector + wp.trace(answer) * beside
+        shift = projector * (wp.inverse(inner) * missing)
+        if size > wp.float64(0.0):
+            leaks[group] = wp.length(missing) / size
+        taken = vec3d()
+        for body in range(groups.shape[0]):
+            if groups[body] == group:
+                for i in range(node_start[body], node_start[body + 1]):
+                    new = wide(x[i]) + shift
+                    rounded = vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
+                    change = wide(rounded) - wide(x[i])
+                    x[i] = rounded
+                    taken += wp.float64(damped_masses[i]) * change
+                    if kinds[i] != free:
+                        taken += wide_block(slip_stiffness[i]) * change
+        carry[group] = projector * (missing - taken)
+
+    @kernel
+    def join_touching(
+        # model
+        node_start: wp.array(dtype=int),
+        surface_nodes: wp.array(dtype=int),
+        # in
+        corners: wp.array(dtype=wp.vec3i),
+        modes: wp.array(dtype=int),
+        # out
+        groups: wp.array(dtype=int),
+    ):
+        # in one thread; the number of a group is that of its first body
+        count = groups.shape[0]
+        for body in range(count):
+            groups[body] = body
+        for c in range(modes.shape[0]):
+            if modes[c] != lift and corners[c][0] >= 0:
+                one = groups[body_of(surface_nodes[c], node_start)]
+                other = groups[body_of(corners[c][0], node_start)]
+                if one != other:
+                    for body in range(count):
+                        if groups[body] == wp.max(one, other):
+                            groups[body] = wp.min(one, other)
+
+    return SimpleNamespace(join_touching=join_touching, balance=balance)
