@@ -1,6 +1,7 @@
 """Preconditioned conjugate gradients, one right-hand side, on the velocities contact leaves free.
 
-``M~ v+ = M v + b``, with the given b the forces' impulses; the unknown is v+ in place. Each node is free, slides on a plane (its normal velocity is given) or
+``M~ v+ = M v + b``, with the given b the forces' impulses; the unknown is the change v+ - v, in place.
+Rounding is that of the change, not of the velocity. Each node is free, slides on a plane (its normal velocity is given) or
 on a line (two components are given), or is held; the operator is S (M~ + G) S with S the projector
 onto the free velocities and G the slip stiffness, a 3 x 3 block for each sliding node. Sums run
 over fixed chunks of nodes in a fixed order, in double precision, so a run repeats bit for bit.
@@ -49,7 +50,8 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             return wp.dot(axis, value) * axis
         return vec3()
 
-    stiffness_of_row = make_rows(precision, SUBJECT).stiffness_of_row
+    rows = make_rows(precision, SUBJECT)
+    stiffness_of_row, stiffness_of_sum = rows.stiffness_of_row, rows.stiffness_of_sum
 
     @func
     def momentum_change(
@@ -60,18 +62,17 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         damped_masses: wp.array(dtype=scalar),
         values: wp.array(dtype=mat33),
         before: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
     ):
-        # M~ x - M v at a node, v the velocities before the step: what its forces have to bring
-        # about. M x and M v are never formed: beside them, what a small step changes is rounding.
-        change = damped_masses[i] * (x[i] - before[i])
-        change += (damped_masses[i] - masses[i]) * before[i]
-        return change + stiffness_of_row(i, row_start, column, values, x)
+        # M~ v+ - M v at a node, what its forces have to bring about, for v+ = before + change. M v+
+        # and M v are never formed: beside them, what a small step changes is rounding.
+        inertia = damped_masses[i] * change[i] + (damped_masses[i] - masses[i]) * before[i]
+        return inertia + stiffness_of_sum(i, row_start, column, values, before, change)
 
     @func
-    def change_square(mass: scalar, start: vec3, now: vec3):
-        change = mass * (now - start)
-        return double_dot(change, change)
+    def moved_square(mass: scalar, start: vec3, now: vec3):
+        moved = mass * (now - start)
+        return double_dot(moved, moved)
 
     @kernel
     def residual(
@@ -90,7 +91,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         right_side: wp.array(dtype=vec3),
         before: wp.array(dtype=vec3),
         start: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
         # out
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
@@ -98,19 +99,19 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     ):
         c = wp.tid()
         total = wp.float64(0.0)
-        change = wp.float64(0.0)
-        for i in range(c * chunk, wp.min((c + 1) * chunk, x.shape[0])):
+        moved = wp.float64(0.0)
+        for i in range(c * chunk, wp.min((c + 1) * chunk, change.shape[0])):
             value = right_side[i] - momentum_change(
-                i, row_start, column, masses, damped_masses, values, before, x
+                i, row_start, column, masses, damped_masses, values, before, change
             )
-            value -= slip_stiffness[i] * x[i]
+            value -= slip_stiffness[i] * (before[i] + change[i])
             value = project(kinds[i], axes[i], value)
             r[i] = value
             total += double_dot(value, value)
             if follows != 0:
-                change += change_square(masses[i], start[i], x[i])
+                moved += moved_square(masses[i], start[i], change[i])
         partial[c] = total
-        change_partial[c] = change
+        change_partial[c] = moved
 
     @kernel
     def filtered_product(
@@ -202,27 +203,27 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         q: wp.array(dtype=vec3),
         start: wp.array(dtype=vec3),
         # out
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
     ):
         c = wp.tid()
-        change = wp.float64(0.0)
+        moved = wp.float64(0.0)
         curvature = scalars[CURVATURE]
         alpha = scalar(0.0)
         if curvature > wp.float64(0.0):
             alpha = scalar(scalars[NEW_PRODUCT] / curvature)
         total = wp.float64(0.0)
-        for i in range(c * chunk, wp.min((c + 1) * chunk, x.shape[0])):
-            x[i] = x[i] + alpha * p[i]
+        for i in range(c * chunk, wp.min((c + 1) * chunk, change.shape[0])):
+            change[i] = change[i] + alpha * p[i]
             value = r[i] - alpha * q[i]
             r[i] = value
             total += double_dot(value, value)
             if follows != 0:
-                change += change_square(masses[i], start[i], x[i])
+                moved += moved_square(masses[i], start[i], change[i])
         partial[c] = total
-        change_partial[c] = change
+        change_partial[c] = moved
 
     return SimpleNamespace(
         residual=residual,

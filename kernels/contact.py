@@ -6,6 +6,11 @@ gradients solve the true system for the rest, the residual at the given componen
 impulse, and natural-map tests on impulse and velocity choose the modes anew (Hueeber, Stadler &
 Wohlmuth 2008). ``contact_smooth`` and ``contact_polygon`` have the friction of a sliding node, with
 the bound of the last pass.
+
+Passes come in three stages (``contact_stages``): at first all is chosen at once; later friction is
+frozen until the nodes that are pressed have settled, then chosen again (a fixed point of Tresca
+problems); at last nodes are only let go, under friction that can only brake, so that a step that
+does not settle ends without impulses that pull, leave their cone or drive.
 """
 
 from functools import cache
@@ -18,17 +23,21 @@ from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact_directions import constant_factor, directional_factor
 from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
+from warp_softbody.kernels.contact_stages import (
+    FRICTION,
+    LET_GO,
+    NORMALS,
+    PASSES,
+    PICARD_PASSES,
+    PRESSED,
+    TOUCHING,
+    make_stages,
+)
 from warp_softbody.kernels.contact_polygon import make_polygon_law
 from warp_softbody.kernels.contact_smooth import make_smooth_law
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "contact"
-
-PASSES = 4
-AGAIN = 5
-TOUCHING = 6
-CHANGED = 8
-EARLIER_PASSES = 9
 
 
 @cache
@@ -52,9 +61,23 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     if directions:
         law = make_polygon_law(precision, subject, directions)
     freedom_of, coulomb_violation, choose = law.freedom_of, law.coulomb_violation, law.choose
+    stages = make_stages(precision, subject)
+    stage_of, braked, next_stage = stages.stage_of, stages.braked, stages.next_stage
+    first_to_let_go, picard_passes = stages.first_to_let_go, wp.constant(PICARD_PASSES)
+    normals_stage, friction_stage = wp.constant(NORMALS), wp.constant(FRICTION)
+    let_go, pressed = wp.constant(LET_GO), wp.constant(PRESSED)
+    inner = wp.constant(scalar(law.inner_radius))
     free, line, held = wp.constant(cg.FREE), wp.constant(cg.LINE), wp.constant(cg.HELD)
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
+
+    @func
+    def along(axis: vec3, before: vec3, change: vec3):
+        # of their sum, whose rounding would be felt
+        sum = wp.float64(0.0)
+        for a in range(3):
+            sum += wp.float64(axis[a]) * (wp.float64(before[a]) + wp.float64(change[a]))
+        return scalar(sum)
 
     @kernel
     def impose(
@@ -65,10 +88,11 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         normals: wp.array(dtype=vec3),
         modes: wp.array(dtype=int),
         normal_velocity: wp.array(dtype=scalar),
+        before: wp.array(dtype=vec3),
         # out
         kinds: wp.array(dtype=int),
         axes: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
     ):
         c = wp.tid()
         i = surface_nodes[c]
@@ -78,28 +102,32 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             kind = free
             if mode == stick:
                 kind = held
-                x[i] = normal_velocity[c] * n
+                change[i] = normal_velocity[c] * n - before[i]
             elif mode != lift:
                 kind, axis = freedom_of(mode, n)
                 axes[i] = axis
+                lacks = normal_velocity[c] - along(n, before[i], change[i])
                 if kind == line:
-                    x[i] = normal_velocity[c] * n + wp.dot(axis, x[i]) * axis
+                    kept = along(axis, before[i], change[i])
+                    change[i] = (normal_velocity[c] * n - before[i]) + kept * axis
                 else:
-                    x[i] = x[i] + (normal_velocity[c] - wp.dot(n, x[i])) * n
+                    change[i] = change[i] + lacks * n
             kinds[i] = kind
 
     @kernel
     def hold_fixed(
         # model
         fixed: wp.array(dtype=int),
+        # in
+        before: wp.array(dtype=vec3),
         # out
         kinds: wp.array(dtype=int),
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
     ):
         i = wp.tid()
         if fixed[i] != 0:
             kinds[i] = held
-            x[i] = vec3()
+            change[i] = -before[i]
 
     @func
     def law_s_friction(mode: int, n: vec3, friction: vec3, known: vec3):
@@ -112,7 +140,6 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     @kernel
     def update_modes(
         # model
-        follows: int,
         surface_nodes: wp.array(dtype=int),
         fixed: wp.array(dtype=int),
         row_start: wp.array(dtype=int),
@@ -124,12 +151,13 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         forward: wp.array(dtype=vec3),
         friction_factors: wp.array2d(dtype=scalar),
         tolerances: wp.array(dtype=scalar),
+        max_passes: int,
         # in
         node_rotations: wp.array(dtype=mat33),
         values: wp.array(dtype=mat33),
         right: wp.array(dtype=vec3),
         before: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
         normals: wp.array(dtype=vec3),
         normal_velocity: wp.array(dtype=scalar),
         counters: wp.array(dtype=int),
@@ -149,6 +177,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         i = surface_nodes[c]
         mode = modes[c]
         n = normals[i]
+        stage = stage_of(counters, max_passes)
         changed[c] = 0
         if fixed[i] != 0:
             impulses[c] = vec3()
@@ -156,17 +185,18 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         weight = scalar(0.3333333333333333) * wp.trace(values[diagonal_slot[i]])
         impulse = vec3()
         if mode != lift:
-            change = momentum_change(
-                i, row_start, column, masses, damped_masses, values, before, x
+            impulse = momentum_change(
+                i, row_start, column, masses, damped_masses, values, before, change
             )
-            impulse = change - right[i]
+            impulse -= right[i]
         normal_impulse = wp.dot(n, impulse)
-        normal_speed = wp.dot(n, x[i])
-        sliding = x[i] - normal_speed * n
+        normal_speed = along(n, before[i], change[i])
+        velocity = before[i] + change[i]
+        sliding = velocity - normal_speed * n
         friction = impulse - normal_impulse * n
-        if follows != 0 and mode != lift and mode != stick:
+        if mode != lift and mode != stick:
             # the solve's residual is no friction
-            known = friction_forces[i] - slip_stiffness[i] * x[i]
+            known = friction_forces[i] - slip_stiffness[i] * velocity
             friction = law_s_friction(mode, n, friction, known)
             impulse = normal_impulse * n + friction
         # a node comes and goes through frictionless sliding: only there does the normal impulse
@@ -178,15 +208,15 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             violations[c] = vec2(
                 weight * wp.max(normal_velocity[c] - normal_speed, scalar(0.0)), scalar(0.0)
             )
-            if normal_speed < normal_velocity[c] - tolerances[1]:
+            if normal_speed < normal_velocity[c] - tolerances[1] and stage != let_go:
                 next_mode = slide
                 slip_velocities[i] = vec3()
         elif normal_impulse < -tolerances[0]:
             violations[c] = vec2(-normal_impulse, wp.length(friction))
-            if mode == stick:
+            if mode == stick and stage != let_go:
                 next_mode = slide
-                changed[c] = 1
                 slip_velocities[i] = vec3()
+            changed[c] = pressed
         else:
             trial = friction - weight * sliding
             factor = friction_factor(c, i, n, -trial, forward, friction_factors, node_rotations)
@@ -194,18 +224,35 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             violations[c] = vec2(
                 wp.max(-normal_impulse, scalar(0.0)), coulomb_violation(n, friction, trial, bound)
             )
-            # the law cannot be kept closer than the residual that the solver leaves, or than the
-            # rounding of the products with this node's velocity
+            # what holds a node is known no closer than the residual that the solver leaves, or than
+            # the rounding of the products with its change
             left = scalar(wp.sqrt(scalars[stopping.FLOOR_SQUARE]))
-            left += rounding * weight * wp.length(x[i])
+            left += rounding * weight * wp.length(change[i])
             last = slip_velocities[i]
-            next_mode, unsettled, force, stiffness, made_at = choose(
-                mode, n, friction, sliding, last, bound, weight, left, counters[PASSES], tolerances
-            )
-            changed[c] = unsettled
-            slip_velocities[i] = made_at
+            if stage == normals_stage:
+                next_mode = mode
+                force = friction_forces[i]
+                stiffness = slip_stiffness[i]
+            elif stage == let_go:
+                first = counters[PASSES] == first_to_let_go(max_passes)
+                next_mode, unsettled, stiffness = braked(
+                    mode, n, friction, sliding, inner * bound, weight, first, slip_stiffness[i],
+                    tolerances,
+                )
+                changed[c] = unsettled
+                slip_velocities[i] = sliding
+            else:
+                passes = counters[PASSES]
+                if stage == friction_stage:
+                    # stiffness for friction: it cannot reverse the sliding
+                    passes = picard_passes
+                next_mode, unsettled, force, stiffness, made_at = choose(
+                    mode, n, friction, sliding, last, bound, weight, left, passes, tolerances
+                )
+                changed[c] = unsettled
+                slip_velocities[i] = made_at
         if next_mode != mode:
-            changed[c] = 1
+            changed[c] = wp.where(mode == lift or next_mode == lift, pressed, 1)
         modes[c] = next_mode
         impulses[c] = impulse
         friction_forces[i] = force
@@ -225,22 +272,20 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         largest_violations: wp.array(dtype=vec2),
     ):
         total = int(0)
+        normals_changed = int(0)
         touching = int(0)
         largest = vec2()
         for c in range(changed.shape[0]):
-            total += changed[c]
+            if changed[c] != 0:
+                total += 1
+            if changed[c] == pressed:
+                normals_changed += 1
             largest = wp.max(largest, violations[c])
             if modes[c] != lift:
                 touching += 1
-        # modes are sought with loose solves; once they settle, one solve to the tolerance must
-        # confirm them
-        counters[PASSES] = counters[PASSES] + 1
         counters[TOUCHING] = touching
-        counters[CHANGED] = total
         largest_violations[0] = largest
-        unconfirmed = total > 0 or counters[stopping.LOOSE] != 0
-        counters[AGAIN] = wp.where(unconfirmed and counters[PASSES] < max_passes, 1, 0)
-        counters[stopping.LOOSE] = wp.where(total > 0 and counters[PASSES] < max_passes - 1, 1, 0)
+        next_stage(total, normals_changed, max_passes, counters)
 
     return SimpleNamespace(
         impose=impose,

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels import stopping
-from warp_softbody.kernels.contact import AGAIN, EARLIER_PASSES, PASSES
+from warp_softbody.kernels.contact_stages import AGAIN, EARLIER_PASSES, FRICTION_NEXT, PASSES
 from warp_softbody.kernels.precision import real
 from warp_softbody.kernels.rows import make_rows
 
@@ -19,7 +19,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
-    stiffness_of_row = make_rows(precision, SUBJECT).stiffness_of_row
+    stiffness_of_sum = make_rows(precision, SUBJECT).stiffness_of_sum
 
     @kernel
     def right_side(
@@ -42,7 +42,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         outer_impulses: wp.array(dtype=vec3),
         before: wp.array(dtype=vec3),
         start: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
     ):
         i = wp.tid()
         force = external_forces[i]
@@ -53,12 +53,12 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         known = impulses[i] + step_factors[0] * force
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
-        first = velocities[i]
-        before[i] = first
+        before[i] = velocities[i]
+        first = vec3()
         if follows != 0:
-            first += increments[i]
+            first = increments[i]
         start[i] = first
-        x[i] = first
+        change[i] = first
 
     @kernel
     def newton_right_side(
@@ -75,7 +75,8 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         impulses: wp.array(dtype=vec3),
         external_forces: wp.array(dtype=vec3),
         muscle_forces: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
         friction_forces: wp.array(dtype=vec3),
         # out
         right: wp.array(dtype=vec3),
@@ -88,7 +89,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         if has_muscles != 0:
             for k in range(node_start[i], node_start[i + 1]):
                 force += muscle_forces[node_corners[k]]
-        stiff = stiffness_of_row(i, row_start, column, values, x)
+        stiff = stiffness_of_sum(i, row_start, column, values, before, change)
         known = impulses[i] + step_factors[0] * force + stiffness_share[i] * stiff
         right[i] = known
         right_with_slip[i] = known + friction_forces[i]
@@ -101,6 +102,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         counters[EARLIER_PASSES] = counters[EARLIER_PASSES] + counters[PASSES]
         counters[PASSES] = 0
         counters[AGAIN] = 0
+        counters[FRICTION_NEXT] = 0
         counters[stopping.LOOSE] = 0
 
     @kernel
@@ -110,7 +112,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         # in
         positions: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
         carry: wp.array(dtype=wp.vec3d),
         # out
         next_positions: wp.array(dtype=vec3),
@@ -121,9 +123,33 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         i = wp.tid()
         if i < carry.shape[0]:
             next_carry[i] = carry[i]
-        next_increments[i] = x[i] - velocities[i]
-        next_velocities[i] = x[i]
-        next_positions[i] = positions[i] + step_factors[0] * x[i]
+        velocity = velocities[i] + change[i]
+        next_increments[i] = change[i]
+        next_velocities[i] = velocity
+        next_positions[i] = positions[i] + step_factors[0] * velocity
+
+    @kernel
+    def add_up(
+        # in
+        before: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        # out
+        velocities: wp.array(dtype=vec3),
+    ):
+        i = wp.tid()
+        velocities[i] = before[i] + change[i]
+
+    @kernel
+    def take_difference(
+        # in
+        before: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        # in and out
+        change: wp.array(dtype=vec3),
+    ):
+        # where nothing was imposed, the change is left as it was, with all of its digits
+        i = wp.tid()
+        change[i] = change[i] + (velocities[i] - (before[i] + change[i]))
 
     @kernel
     def find_extremes(
@@ -147,5 +173,7 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         newton_right_side=newton_right_side,
         begin_iteration=begin_iteration,
         advance_state=advance_state,
+        add_up=add_up,
+        take_difference=take_difference,
         find_extremes=find_extremes,
     )

@@ -189,5 +189,8 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
         return next_mode, unsettled, force, stiffness, made_at
 
     return SimpleNamespace(
-        freedom_of=freedom_of, coulomb_violation=coulomb_violation, choose=choose
+        freedom_of=freedom_of,
+        coulomb_violation=coulomb_violation,
+        choose=choose,
+        inner_radius=math.cos(math.pi / directions),
     )

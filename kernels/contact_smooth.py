@@ -17,7 +17,7 @@ from warp_softbody.kernels.precision import real
 
 
 def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
-    """Functions ``freedom_of``, ``coulomb_violation`` and ``choose`` for the kernels of contact."""
+    """Functions ``freedom_of``, ``coulomb_violation`` and ``choose``; the cone's ``inner_radius``."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
@@ -104,5 +104,8 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         return next_mode, unsettled, force, stiffness, made_at
 
     return SimpleNamespace(
-        freedom_of=freedom_of, coulomb_violation=coulomb_violation, choose=choose
+        freedom_of=freedom_of,
+        coulomb_violation=coulomb_violation,
+        choose=choose,
+        inner_radius=1.0,
     )

@@ -11,9 +11,9 @@ import numpy as np
 import warp as wp
 
 from warp_softbody.kernels import stopping
-from warp_softbody.kernels.contact import AGAIN, CHANGED, PASSES, TOUCHING
 from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
 from warp_softbody.kernels.contact_smooth import make_smooth_law
+from warp_softbody.kernels.contact_stages import AGAIN, CHANGED, PASSES, TOUCHING
 from warp_softbody.kernels.pair_rows import DAMPING, SUBJECT, make_pair_rows
 from warp_softbody.kernels.precision import real
 

@@ -116,7 +116,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         before: wp.array(dtype=vec3),
         carried: wp.array(dtype=vec3d),
         # in and out
-        x: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
         # out
         carry: wp.array(dtype=vec3d),
         leaks: wp.array(dtype=wp.float64),
@@ -143,11 +143,11 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                     old = wide(before[i])
                     given = m * fall + wide(outer_impulses[i])
                     size += wp.length(given) + m * wp.length(old)
-                    missing += given - damped * (wide(x[i]) - old) - (damped - m) * old
+                    missing += given - damped * wide(change[i]) - (damped - m) * old
                     answer += damped * wp.identity(n=3, dtype=wp.float64)
                     if kinds[i] != free:
                         slip = slip_stiffness[i]
-                        missing += wide(friction_forces[i] - slip * x[i])
+                        missing += wide(friction_forces[i] - slip * (before[i] + change[i]))
                         answer += wide_block(slip)
         missing = projector * missing
         # all of the mass in the directions that are held, so that there is an inverse
@@ -160,13 +160,14 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         for body in range(groups.shape[0]):
             if groups[body] == group:
                 for i in range(node_start[body], node_start[body + 1]):
-                    new = wide(x[i]) + shift
-                    rounded = vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
-                    change = wide(rounded) - wide(x[i])
-                    x[i] = rounded
-                    taken += wp.float64(damped_masses[i]) * change
+                    new = wide(change[i]) + shift
+                    # the velocity after the step, as it will be rounded
+                    last = before[i] + vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
+                    gained = wide(last) - wide(before[i]) - wide(change[i])
+                    change[i] = vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
+                    taken += wp.float64(damped_masses[i]) * gained
                     if kinds[i] != free:
-                        taken += wide_block(slip_stiffness[i]) * change
+                        taken += wide_block(slip_stiffness[i]) * gained
         carry[group] = projector * (missing - taken)
 
     @kernel

@@ -35,7 +35,7 @@ CONDITION = 1
 TOTAL_ITERATIONS = 2
 UNCONVERGED = 3
 LOOSE = 7
-COUNTERS = 10
+COUNTERS = 11
 
 LOOSE_REDUCTION = 0.03
 """Reduction of the residual in a solve whose only purpose is to choose contact modes."""

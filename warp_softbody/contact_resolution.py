@@ -11,8 +11,7 @@ from warp_softbody.assembly import Assembly
 from warp_softbody.block_factor import Freedom
 from warp_softbody.friction_cone import make_friction
 from warp_softbody.ground_detection import make_detection
-from warp_softbody.kernels import contact as contact_kernels
-from warp_softbody.kernels import stopping
+from warp_softbody.kernels import contact_stages, stopping
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.rigid_balance import make_rigid_balance
 from warp_softbody.linear_solver import ConjugateGradients
@@ -34,9 +33,9 @@ class ContactResolution:
         right_with_slip: the same with the constant part of friction.
         outer_impulses: (n,) vec3 N s, of the forces from outside, without gravity.
         before: (n,) vec3 m/s, the velocities before the step.
-        start: (n,) vec3 m/s, the velocities that the step's first solve starts from.
-        x: (n,) vec3 m/s, the velocities.
-        carry: (bodies,) vec3d N s, momentum that rounding keeps x from taking.
+        start: (n,) vec3 m/s, the change that the step's first solve starts from.
+        change: (n,) vec3 m/s, what the step adds to the velocities.
+        carry: (bodies,) vec3d N s, momentum that rounding keeps velocities from taking.
         preconditioner: of the solves.
     """
 
@@ -51,12 +50,13 @@ class ContactResolution:
         self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
         self._leaks = model.zeros(bodies, wp.float64)
         self.carry = model.zeros(bodies, wp.vec3d)
-        self._begin_iteration = make_contact_ends(model.options.precision).begin_iteration
+        self._ends = make_contact_ends(model.options.precision)
         self._detection = make_detection(model)
         self.right = model.zeros(n, types.vec3)
         self.right_with_slip = model.zeros(n, types.vec3)
         self.outer_impulses = model.zeros(n, types.vec3)
-        self.x = model.zeros(n, types.vec3)
+        self.change = model.zeros(n, types.vec3)
+        self._velocities = model.zeros(n if model.scene.has_pairs else 0, types.vec3)
         self._normal_velocity = model.zeros(model.contact_count, types.scalar)
         self._changed = model.zeros(model.contact_count, wp.int32)
         pair = wp.types.vector(length=2, dtype=types.scalar)
@@ -96,7 +96,7 @@ class ContactResolution:
         """Launch the first solve of a further Newton iteration."""
         self._add_pair_frictions(contacts)
         self._solver.set_target(self.right)
-        self._launch(self._begin_iteration, 1, [], [self._solver.counters])
+        self._launch(self._ends.begin_iteration, 1, [], [self._solver.counters])
         self._launch_pass(state, contacts)
 
     def launch_modes(self, state: State, contacts: Contacts) -> None:
@@ -109,7 +109,7 @@ class ContactResolution:
             self._launch_pass(state, contacts)
             self._launch_update(contacts)
 
-        again = contact_kernels.AGAIN
+        again = contact_stages.AGAIN
         wp.capture_while(self._solver.counters[again : again + 1], settle)
 
     def _add_pair_frictions(self, contacts: Contacts) -> None:
@@ -128,21 +128,31 @@ class ContactResolution:
         m, a, k = self._model, self._model.arrays, self._kernels
         if m.contact_count:
             inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
-            outputs = [self._solver.kinds, self._solver.axes, self.x]
-            self._launch(k.impose, m.contact_count, [*inputs, self._normal_velocity], outputs)
-        self._launch(k.hold_fixed, m.node_count, [a["fixed"]], [self._solver.kinds, self.x])
+            inputs += [self._normal_velocity, self.before]
+            outputs = [self._solver.kinds, self._solver.axes, self.change]
+            self._launch(k.impose, m.contact_count, inputs, outputs)
+        inputs = [a["fixed"], self.before]
+        self._launch(k.hold_fixed, m.node_count, inputs, [self._solver.kinds, self.change])
         freedom = Freedom(self._solver.kinds, self._solver.axes, contacts.slip_stiffness)
         if renew:
             self.preconditioner.renew(freedom)
         self.preconditioner.prepare(freedom)
         rows = None
         if self._pairs is not None and contacts.pairs is not None:
-            self._pairs.impose(contacts.pairs, self.x)
-            rows = PairRows(self._pairs, contacts.pairs)
+            self._add_up()
+            self._pairs.impose(contacts.pairs, self._velocities)
+            inputs = [self.before, self._velocities]
+            self._launch(self._ends.take_difference, m.node_count, inputs, [self.change])
+            rows = PairRows(self._pairs, contacts.pairs, self._velocities)
         slip_stiffness = contacts.slip_stiffness
-        known = (self.right_with_slip, slip_stiffness, self.x)
+        known = (self.right_with_slip, slip_stiffness, self.change)
         self._solver.solve(*known, rows, first=first)
         self._launch_balance(state, contacts)
+
+    def _add_up(self) -> None:
+        """Launch the velocities at the step's end, which pairs work on."""
+        inputs = [self.before, self.change]
+        self._launch(self._ends.add_up, self._model.node_count, inputs, [self._velocities])
 
     def _launch_balance(self, state: State, contacts: Contacts) -> None:
         """Launch what gives bodies back the momentum that the solve left over."""
@@ -153,18 +163,20 @@ class ContactResolution:
         inputs = [a["body_start"], self._groups, a["mass"], a["damped_mass"], a["gravity"]]
         inputs += [a["step_factors"], solver.kinds, solver.axes, contacts.slip_stiffness]
         inputs += [contacts.friction_forces, self.outer_impulses, self.before, state.carry]
-        outputs = [self.x, self.carry, self._leaks]
+        outputs = [self.change, self.carry, self._leaks]
         self._launch(k.balance, len(self._leaks), inputs, outputs)
 
     def _launch_update(self, contacts: Contacts) -> None:
         m, solver = self._model, self._solver
         right, pairs = self.right, contacts.pairs
         if self._pairs is not None and pairs is not None:
-            known = [self.right_with_slip, contacts.slip_stiffness, self.x]
-            right = self._pairs.find_impulses(pairs, self.x, self.right, solver.residual(*known))
+            self._add_up()
+            known = [self.right_with_slip, contacts.slip_stiffness, self.change]
+            residual = solver.residual(*known)
+            right = self._pairs.find_impulses(pairs, self._velocities, self.right, residual)
         self._launch_ground(contacts, right)
         if self._pairs is not None and pairs is not None:
-            self._pairs.update(pairs, self.x, solver.counters, solver.scalars)
+            self._pairs.update(pairs, self._velocities, solver.counters, solver.scalars)
         inputs = [m.options.max_contact_passes, self._changed, contacts.modes, self._violations]
         outputs = [solver.counters, self._largest_violations]
         self._launch(self._kernels.conclude_pass, 1, inputs, outputs)
@@ -179,9 +191,9 @@ class ContactResolution:
             return
         rows = [a["row_start"], a["column"], a["diagonal_slot"], a["mass"], a["damped_mass"]]
         law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
-        follows = int(m.options.follows_time_error)
-        inputs = [follows, a["surface_nodes"], a["fixed"], *rows, *law, a["contact_tolerances"]]
-        now = [self._assembly.node_rotations, self._assembly.values, right, self.before, self.x]
+        law += [a["contact_tolerances"], m.options.max_contact_passes]
+        inputs = [a["surface_nodes"], a["fixed"], *rows, *law]
+        now = [self._assembly.node_rotations, self._assembly.values, right, self.before, self.change]
         now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]
         outputs = [
             contacts.modes,
@@ -198,7 +210,7 @@ class ContactResolution:
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
         counters = self._solver.counters.numpy()
-        passes = counters[contact_kernels.PASSES] + counters[contact_kernels.EARLIER_PASSES]
+        passes = counters[contact_stages.PASSES] + counters[contact_stages.EARLIER_PASSES]
         passes = max(self._model.options.newton_iterations, int(passes))
         iterations = int(counters[stopping.TOTAL_ITERATIONS])
         if self._renewing:
@@ -207,17 +219,17 @@ class ContactResolution:
         self.preconditioner.used(iterations, fresh=int(self._fresh * passes))
         options, scalars = self._model.options, self._solver.scalars.numpy()
         target, floor = scalars[stopping.TARGET_SQUARE], scalars[stopping.FLOOR_SQUARE]
-        eased = float(np.sqrt(target / floor)) if floor > 0.0 else 1.0
+        eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
         dt = options.time_step
         signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
         return StepStatistics(
             iterations=iterations,
             passes=passes,
-            touching=int(counters[contact_kernels.TOUCHING]),
+            touching=int(counters[contact_stages.TOUCHING]),
             residual=options.solver_tolerance * eased,
             renewed=renewed,
             converged=int(counters[stopping.UNCONVERGED]) == 0,
-            contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
+            contact_converged=int(counters[contact_stages.CHANGED]) == 0,
             finite=bool(np.isfinite(scalars[stopping.LAST_SQUARE])),
             resolved=resolved,
             fastest=fastest,

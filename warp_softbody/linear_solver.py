@@ -16,7 +16,7 @@ from warp_softbody.preconditioner import Preconditioner
 class Constraints(Protocol):
     """Constraints between nodes; P is the projector onto the velocities that they leave free."""
 
-    def finish_residual(self, x: Any, r: Any, partial: Any) -> None:
+    def finish_residual(self, r: Any, partial: Any) -> None:
         """Launch r = P (b - matrix x) from S (b - (M~ + G) x), and its square."""
         ...
 
@@ -30,7 +30,10 @@ class Constraints(Protocol):
 
 
 class ConjugateGradients:
-    """S (M~ + G) S v = S b, G the slip stiffness, v given where S is zero; made to be captured."""
+    """S (M~ + G) v+ = S (M v + b), G the slip stiffness, v+ given where S is zero.
+
+    Made to be captured.
+    """
 
     def __init__(self, model: Model, values: Any, preconditioner: Preconditioner) -> None:
         """Work arrays for the matrix in ``values``."""
@@ -69,12 +72,12 @@ class ConjugateGradients:
         inputs = [a["tolerance"], a["fixed"], a["mass"], self.before, impulses]
         self._launch(self._stopping.set_target, inputs, [self.scalars], dim=1)
 
-    def residual(self, right_side: Any, slip_stiffness: Any, x: Any) -> Any:
-        """Launch r = S (b - (M~ + G) x); the array that it is written to."""
+    def residual(self, right_side: Any, slip_stiffness: Any, change: Any) -> Any:
+        """Launch r = S (M v + b - (M~ + G) v+), v+ = v + change; the array that it is written to."""
         a, s = self._model.arrays, self._sums
         (chunk, *rows), surroundings = self._operator(slip_stiffness)
         inputs = [chunk, self._follows, *rows, a["mass"], a["damped_mass"], *surroundings]
-        inputs += [right_side, self.before, self.start, x]
+        inputs += [right_side, self.before, self.start, change]
         outputs = [self._vectors["r"], s["rr"], s["change"]]
         self._launch(self._kernels.residual, inputs, outputs)
         return self._vectors["r"]
@@ -87,21 +90,21 @@ class ConjugateGradients:
         self,
         right_side: Any,
         slip_stiffness: Any,
-        x: Any,
+        change: Any,
         constraints: Constraints | None = None,
         *,
         first: bool = False,
     ) -> None:
-        """Launch the iteration from the x given, in place.
+        """Launch the iteration from the change of velocities given, in place.
 
         Constraints narrow S to a part of the free velocities, and may add to the matrix.
         The ``first`` solve of a step that follows its time error makes an iteration at least.
         """
         m, k, v, s = self._model, self._kernels, self._vectors, self._sums
         rows, surroundings = self._operator(slip_stiffness)
-        self.residual(right_side, slip_stiffness, x)
+        self.residual(right_side, slip_stiffness, change)
         if constraints is not None:
-            constraints.finish_residual(x, v["r"], s["rr"])
+            constraints.finish_residual(v["r"], s["rr"])
         inputs = [m.arrays["tolerance"], self._follows, s["rr"], s["change"], int(first)]
         self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 
@@ -120,7 +123,7 @@ class ConjugateGradients:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
             self._launch(k.add_up, [stopping.CURVATURE, s["pq"]], [self.scalars], dim=1)
             inputs = [m.chunk, self._follows, m.arrays["mass"], self.scalars]
-            outputs = [x, v["r"], s["rr"], s["change"]]
+            outputs = [change, v["r"], s["rr"], s["change"]]
             self._launch(k.advance, [*inputs, v["p"], v["q"], self.start], outputs)
             inputs = [m.options.max_iterations, self._follows, s["rr"], s["change"]]
             self._launch(self._stopping.conclude, inputs, [self.scalars, self.counters], dim=1)

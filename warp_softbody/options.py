@@ -60,7 +60,7 @@ class SimulationOptions:
     threads: int = 1
     tolerance: float | None = None
     max_iterations: int = 400
-    max_contact_passes: int = 12
+    max_contact_passes: int = 60
     bridge_tolerance: float = 1e-3
     recovery_speed: float = 0.5
     sleep: bool = True

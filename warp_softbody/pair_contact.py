@@ -202,14 +202,15 @@ class PairContact:
 class PairRows:
     """Pairs with the states of a step, as constraints on its solves."""
 
-    def __init__(self, contact: PairContact, pairs: PairStates) -> None:
-        """Bind the caller's states."""
+    def __init__(self, contact: PairContact, pairs: PairStates, velocities: Any) -> None:
+        """Bind the caller's states, and the velocities (n,) vec3 m/s that a solve starts from."""
         self._contact = contact
         self._pairs = pairs
+        self._velocities = velocities
 
-    def finish_residual(self, x: Any, r: Any, partial: Any) -> None:
+    def finish_residual(self, r: Any, partial: Any) -> None:
         """See `Constraints`."""
-        self._contact.finish_residual(self._pairs, x, r, partial)
+        self._contact.finish_residual(self._pairs, self._velocities, r, partial)
 
     def project(self, v: Any) -> None:
         """See `Constraints`."""

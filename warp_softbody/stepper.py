@@ -154,7 +154,7 @@ class Stepper:
         flags = [int(self._muscles is not None), int(m.options.follows_time_error)]
         inputs = [*nodes, *flags, *forces, contacts.friction_forces]
         outputs = [contact.right, contact.right_with_slip, contact.outer_impulses]
-        outputs += [contact.before, contact.start, contact.x]
+        outputs += [contact.before, contact.start, contact.change]
         self._launch(k.right_side, m.node_count, inputs, outputs)
         contact.launch_first(state, contacts, renew)
 
@@ -164,7 +164,7 @@ class Stepper:
         m, k = self.model, self._ends
         ends = [after.positions, after.velocities, after.increments, after.carry]
         before = [state.positions, state.velocities]
-        inputs = [m.arrays["step_factors"], *before, self._contact.x, self._contact.carry]
+        inputs = [m.arrays["step_factors"], *before, self._contact.change, self._contact.carry]
         self._contact.launch_modes(state, contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
@@ -184,7 +184,7 @@ class Stepper:
         rows = [a["row_start"], a["column"]]
         known = [self.assembly.values, self.assembly.impulses, control.external_forces]
         inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
-        inputs += [contact.x, contacts.friction_forces]
+        inputs += [contact.before, contact.change, contacts.friction_forces]
         outputs = [contact.right, contact.right_with_slip]
         self._launch(k.newton_right_side, m.node_count, inputs, outputs)
         contact.launch_next(state, contacts)
