@@ -1,10 +1,11 @@
 """Preconditioned conjugate gradients, one right-hand side, on the velocities contact leaves free.
 
-``M~ v+ = M v + b``, with the given b the forces' impulses; the unknown is the change v+ - v, in place.
-Rounding is that of the change, not of the velocity. Each node is free, slides on a plane (its normal velocity is given) or
-on a line (two components are given), or is held; the operator is S (M~ + G) S with S the projector
-onto the free velocities and G the slip stiffness, a 3 x 3 block for each sliding node. Sums run
-over fixed chunks of nodes in a fixed order, in double precision, so a run repeats bit for bit.
+``M~ v+ = M v + b``, with b the impulses of given forces; the unknown is the change v+ - v, in
+place, so that rounding is that of the change, not of the velocity. Each node is free, slides on a
+plane (its normal velocity is given) or on a line (two components are given), or is held; the
+operator is S (M~ + G) S with S the projector onto the free velocities and G the slip stiffness, a
+3 x 3 block for each sliding node. Sums run over fixed chunks of nodes in a fixed order, in double
+precision, so a run repeats bit for bit.
 """
 
 from functools import cache

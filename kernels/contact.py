@@ -23,6 +23,8 @@ from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact_directions import constant_factor, directional_factor
 from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
+from warp_softbody.kernels.contact_polygon import make_polygon_law
+from warp_softbody.kernels.contact_smooth import make_smooth_law
 from warp_softbody.kernels.contact_stages import (
     FRICTION,
     LET_GO,
@@ -33,8 +35,6 @@ from warp_softbody.kernels.contact_stages import (
     TOUCHING,
     make_stages,
 )
-from warp_softbody.kernels.contact_polygon import make_polygon_law
-from warp_softbody.kernels.contact_smooth import make_smooth_law
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "contact"

@@ -17,7 +17,7 @@ from warp_softbody.kernels.precision import real
 
 
 def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
-    """Functions ``freedom_of``, ``coulomb_violation`` and ``choose``; the cone's ``inner_radius``."""
+    """Functions ``freedom_of``, ``coulomb_violation``, ``choose``; the cone's ``inner_radius``."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)

@@ -4,8 +4,8 @@
 2. ``NORMALS`` and ``FRICTION`` in turn: with friction as a frozen stiffness the problem in the
    normal directions is convex; once it has settled, friction is chosen anew for one pass. This is
    the fixed point of Tresca problems (Haslinger, Hlavacek and Necas 1996).
-3. ``LET_GO``: nodes are only let go, where they would pull, and friction only grows less. Friction is
-   a positive semi-definite stiffness inside the cone at the velocity of the pass before. What this
+3. ``LET_GO``: nodes are only let go, where they would pull, and friction only grows less. It is a
+   positive semi-definite stiffness, inside the cone at the velocity of the pass before. What this
    ends in takes energy, whatever was left unsettled; a node may sink by the way of a step.
 """
 
@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels import stopping
-from warp_softbody.kernels.contact_modes import LIFT, NEWTON_PASSES, SLIDE, STICK
+from warp_softbody.kernels.contact_modes import NEWTON_PASSES, SLIDE, STICK
 from warp_softbody.kernels.precision import real
 
 PASSES = 4
@@ -51,8 +51,8 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
     func = types.func(subject)
     stick, slide = wp.constant(STICK), wp.constant(SLIDE)
     all_passes, let_go_passes = wp.constant(ALL_PASSES), wp.constant(LET_GO_PASSES)
-    all_stage, normals, friction_stage = wp.constant(ALL), wp.constant(NORMALS), wp.constant(FRICTION)
-    let_go = wp.constant(LET_GO)
+    all_stage, normals = wp.constant(ALL), wp.constant(NORMALS)
+    friction_stage, let_go = wp.constant(FRICTION), wp.constant(LET_GO)
 
     @func
     def first_to_let_go(max_passes: int):
@@ -104,7 +104,9 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         return slide, unsettled, size * across
 
     @func
-    def next_stage(total: int, normals_changed: int, max_passes: int, counters: wp.array(dtype=int)):
+    def next_stage(
+        total: int, normals_changed: int, max_passes: int, counters: wp.array(dtype=int)
+    ):
         # in the first stage modes are sought with loose solves; once they settle, one solve to the
         # tolerance must confirm them
         stage = stage_of(counters, max_passes)

@@ -49,6 +49,10 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         )
 
     @func
+    def sum_of_sizes(v: vec3d):
+        return wp.abs(v[0]) + wp.abs(v[1]) + wp.abs(v[2])
+
+    @func
     def body_of(node: int, node_start: wp.array(dtype=int)):
         body = int(0)
         while node_start[body + 1] <= node:
@@ -132,6 +136,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
             return
         missing = vec3d()
         answer = mat33d()
+        mass = wp.float64(0.0)
         size = wp.float64(0.0)
         fall = wp.float64(step_factors[0]) * wide(gravity[0])
         for body in range(groups.shape[0]):
@@ -142,14 +147,15 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                     damped = wp.float64(damped_masses[i])
                     old = wide(before[i])
                     given = m * fall + wide(outer_impulses[i])
-                    size += wp.length(given) + m * wp.length(old)
+                    size += sum_of_sizes(given) + m * sum_of_sizes(old)
                     missing += given - damped * wide(change[i]) - (damped - m) * old
-                    answer += damped * wp.identity(n=3, dtype=wp.float64)
+                    mass += damped
                     if kinds[i] != free:
                         slip = slip_stiffness[i]
                         missing += wide(friction_forces[i] - slip * (before[i] + change[i]))
                         answer += wide_block(slip)
         missing = projector * missing
+        answer += mass * wp.identity(n=3, dtype=wp.float64)
         # all of the mass in the directions that are held, so that there is an inverse
         beside = wp.identity(n=3, dtype=wp.float64) - projector
         inner = projector * answer * projector + wp.trace(answer) * beside

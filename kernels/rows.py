@@ -2,8 +2,8 @@
 
 The stiffness in M~ annihilates translations: its rows of blocks sum to zero. So a row of K times x
 is the sum of its blocks beside the diagonal times the differences of x across the edges, and in
-this form a common velocity of the nodes costs no rounding at all, however stiff the body. Where x is
-``before + change``, differences are taken of the two apart: rounding of a fast node's velocity
+this form a common velocity of the nodes costs no rounding at all, however stiff the body. Where x
+is ``before + change``, differences are taken of the two apart: rounding of a fast node's velocity
 would else be a strain.
 """
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody.account import Accountant
 from warp_softbody.assembly import Assembly
 from warp_softbody.block_factor import Freedom
 from warp_softbody.friction_cone import make_friction
@@ -66,6 +67,7 @@ class ContactResolution:
         self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start
         self._pairs: PairContact | None = None
+        self._accountant = Accountant(model)
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
@@ -158,7 +160,8 @@ class ContactResolution:
         """Launch what gives bodies back the momentum that the solve left over."""
         a, solver, k = self._model.arrays, self._solver, self._rigid_balance
         if self._pairs is not None and contacts.pairs is not None:
-            inputs = [a["body_start"], a["surface_nodes"], self._pairs.corners, contacts.pairs.modes]
+            inputs = [a["body_start"], a["surface_nodes"]]
+            inputs += [self._pairs.corners, contacts.pairs.modes]
             self._launch(k.join_touching, 1, inputs, [self._groups])
         inputs = [a["body_start"], self._groups, a["mass"], a["damped_mass"], a["gravity"]]
         inputs += [a["step_factors"], solver.kinds, solver.axes, contacts.slip_stiffness]
@@ -189,7 +192,8 @@ class ContactResolution:
         m, a, solver = self._model, self._model.arrays, self._solver
         if not m.contact_count:
             return
-        rows = [a["row_start"], a["column"], a["diagonal_slot"], a["mass"], a["damped_mass"]]
+        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
+        rows += [a["mass"], a["damped_mass"]]
         law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
         law += [a["contact_tolerances"], m.options.max_contact_passes]
         inputs = [a["surface_nodes"], a["fixed"], *rows, *law]
@@ -207,6 +211,21 @@ class ContactResolution:
         ]
         self._launch(self._kernels.update_modes, m.contact_count, [*inputs, *now], outputs)
 
+    def launch_account(self, contacts: Contacts) -> None:
+        """Launch the account of the step, once its contacts have their impulses."""
+        normals, corners = self._solver.normals, None
+        if self._pairs is not None and contacts.pairs is not None:
+            corners = self._pairs.corners
+        moved = (self.outer_impulses, self.before, self.change)
+        self._accountant.launch(contacts, normals, *moved, corners)
+
+    def _worst_node(self) -> int:
+        """Of the last pass: the node that misses its law of contact with the ground most."""
+        if not self._model.contact_count:
+            return -1
+        worst = int(self._violations.numpy().max(axis=1).argmax())
+        return int(self._model.body.mesh.surface_nodes[worst])
+
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
         counters = self._solver.counters.numpy()
@@ -222,6 +241,7 @@ class ContactResolution:
         eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
         dt = options.time_step
         signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
+        settled = int(counters[contact_stages.CHANGED]) == 0
         return StepStatistics(
             iterations=iterations,
             passes=passes,
@@ -229,10 +249,12 @@ class ContactResolution:
             residual=options.solver_tolerance * eased,
             renewed=renewed,
             converged=int(counters[stopping.UNCONVERGED]) == 0,
-            contact_converged=int(counters[contact_stages.CHANGED]) == 0,
+            contact_converged=settled,
             finite=bool(np.isfinite(scalars[stopping.LAST_SQUARE])),
             resolved=resolved,
             fastest=fastest,
             signorini=signorini,
             coulomb=coulomb,
+            worst_node=-1 if settled else self._worst_node(),
+            account=self._accountant.read(),
         )

@@ -73,7 +73,7 @@ class ConjugateGradients:
         self._launch(self._stopping.set_target, inputs, [self.scalars], dim=1)
 
     def residual(self, right_side: Any, slip_stiffness: Any, change: Any) -> Any:
-        """Launch r = S (M v + b - (M~ + G) v+), v+ = v + change; the array that it is written to."""
+        """Launch r = S (M v + b - (M~ + G) (v + change)); the array that it is written to."""
         a, s = self._model.arrays, self._sums
         (chunk, *rows), surroundings = self._operator(slip_stiffness)
         inputs = [chunk, self._follows, *rows, a["mass"], a["damped_mass"], *surroundings]

@@ -16,6 +16,7 @@ from warp_softbody.kernels.precision import Real, real
 from warp_softbody.model_arrays import Allocator, MaterialPart, device_arrays, material_parts
 from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout, join_layouts
 from warp_softbody.options import SimulationOptions
+from warp_softbody.precision_choice import with_precision
 from warp_softbody.rest_matrix import rest_matrix
 from warp_softbody.scene import Scene
 from warp_softbody.topology import Topology, build_topology
@@ -147,6 +148,7 @@ class Model:
 
 def build_model(scene: Scene, options: SimulationOptions) -> Model:
     """The model of a scene: index arrays, rest shape, masses, muscle weights, ground."""
+    options = with_precision(options, scene)
     body, parts = scene.whole, scene.parts
     _refuse_mixtures(scene, options)
     mesh = body.mesh

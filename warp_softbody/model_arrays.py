@@ -211,6 +211,7 @@ def _surface_arrays(
 ) -> Arrays:
     """The nodes that may touch, and what counts as zero there."""
     nodes = scene.whole.mesh.surface_nodes
+    starts = [0, *(part.nodes.stop for part in scene.parts)]
     # a millionth of the weight's impulse, and 0.01 mm/s off what is touched
     weight = float(masses.sum()) * float(np.linalg.norm(scene.gravity))
     impulse = 1e-6 * weight * dt
@@ -222,6 +223,7 @@ def _surface_arrays(
         speed = min(speed, max(SLOWEST_SLIDING, 20.0 * impulse / largest))
     return {
         "surface_nodes": make.array(nodes, wp.int32),
+        "contact_start": make.array(np.searchsorted(nodes, starts).astype(np.int32), wp.int32),
         "contact_tolerances": make.array([impulse, 1e-5, 5e-2, speed], make.types.scalar),
     }
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.account import ShapeGauge
 from warp_softbody.bridge import Bridge
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.controllers.driver import Driver, Method
@@ -16,6 +17,8 @@ from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.frame import ContactSample, Frame
 from warp_softbody.model import build_model
 from warp_softbody.options import SimulationOptions
+from warp_softbody.precision_choice import with_precision
+from warp_softbody.run_account import RunAccount
 from warp_softbody.scene import Scene
 from warp_softbody.sleep import Sleep
 from warp_softbody.snapshots import Snapshots
@@ -56,11 +59,12 @@ class Simulation:
         begun = time.perf_counter()
         options = options or SimulationOptions()
         self._steps_per_frame, step = whole_steps(time_step or options.time_step, fps)
+        options = with_precision(replace(options, time_step=step), scene)
         tolerance = options.tolerance
         if controller is not None:
             # what a controller decides hangs on digits
             tolerance = options.solver_tolerance
-        options = replace(options, time_step=step, tolerance=tolerance)
+        options = replace(options, tolerance=tolerance)
         self.model = build_model(scene, options)
         self.fps = fps
         self.name = name
@@ -82,6 +86,8 @@ class Simulation:
         self._wall = 0.0
         self._exporting = 0.0
         self._log = StepLog()
+        self._account = RunAccount(self.model)
+        self._gauge = ShapeGauge(self.model)
         self._status = "complete"
         self._setup = time.perf_counter() - begun
 
@@ -139,11 +145,12 @@ class Simulation:
                 time=self.time,
             )
         self._state, self._after = self._after, self._state
+        self._account.note_step(statistics, self.time)
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
         ended = time.perf_counter()
         self._log.renewals += statistics.renewed
-        self._log.unconverged += not (statistics.converged and statistics.contact_converged)
+        self._log.unconverged += not statistics.settled
         if first:
             # the first step loads kernels and captures graphs
             self._setup += ended - begun
@@ -167,6 +174,8 @@ class Simulation:
     def summary(self, stage: str | None = None) -> RunSummary:
         """The run so far in numbers."""
         model, log = self.model, self._log
+        findings = self._account.findings(self._state.positions.numpy().astype(np.float64))
+        status = "doubtful" if self._status == "complete" and findings.doubts else self._status
         return RunSummary(
             scene=self.name,
             frames=self._frames,
@@ -191,7 +200,9 @@ class Simulation:
             slept_steps=self._sleep.slept,
             signorini=log.signorini,
             coulomb=log.coulomb,
-            status=self._status,
+            precision=model.options.precision,
+            findings=findings,
+            status=status,
             stage=stage,
         )
 
@@ -250,5 +261,6 @@ class Simulation:
     def _handed_out(self) -> Frame:
         now = (self._state, self._contacts, self._rest_lengths, self._planned)
         frame = self._snapshots.frame(self._frames, self.time, *now)
+        self._account.note_frame(self._gauge.measure(self._state), frame.velocities)
         self._frames += 1
         return frame

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from warp_softbody.run_account import Findings
+
 PARTS = ("assembly", "solve", "contact", "control", "export")
 
 
@@ -68,7 +70,9 @@ class RunSummary:
         slept_steps: left out because all was at rest.
         signorini, coulomb: largest violation of a contact law by a node in any step, N, as in
             `StepStatistics`.
-        status: "complete", "interrupted" or "not finite".
+        precision: as used, "float32" or "float64".
+        findings: momentum, energy and shape, and doubts in plain sentences.
+        status: "complete"; "doubtful" where the findings hold a doubt; "interrupted"; "not finite".
         stage: path of the stage, or None.
     """
 
@@ -95,6 +99,8 @@ class RunSummary:
     slept_steps: int
     signorini: float
     coulomb: float
+    precision: str
+    findings: Findings
     status: str
     stage: str | None = None
 
@@ -138,8 +144,23 @@ class RunSummary:
                 f"{self.contact_passes.mean:.1f} passes a step (mean), off Signorini's law by at "
                 f"most {self.signorini:.2g} N, off Coulomb's by {self.coulomb:.2g} N",
             ),
+            ("quality", self._quality()),
             *(rest if self.slept_steps else []),
+            *(("in doubt", doubt) for doubt in self.findings.doubts),
         ]
+
+    def _quality(self) -> str:
+        """What the run can be believed to."""
+        f = self.findings
+        least, largest = (100.0 * (volume - 1.0) for volume in f.volumes)
+        parts = [
+            self.precision,
+            f"momentum to {f.momentum_error:.1g}",
+            f"volume {least:+.1f} to {largest:+.1f} %",
+            f"{f.depth:.2g} m below the ground at the end" if f.depth > 0.0 else "",
+            f"up to {f.most_inverted} tets inside out" if f.most_inverted else "",
+        ]
+        return ", ".join(part for part in parts if part)
 
     def _saved(self, steps: int) -> str:
         """What the scene has no need of."""

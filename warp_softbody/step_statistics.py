@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from warp_softbody.account import StepAccount
+
 
 @dataclass(frozen=True)
 class StepStatistics:
@@ -25,6 +27,8 @@ class StepStatistics:
             at it, or the one that would stop it where it sinks, over dt (docs/contact.md).
         coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
             one that the law demands at its velocity and normal impulse, over dt.
+        worst_node: the node of the larger of the two where contact did not settle; else -1.
+        account: what the step did to each body's momentum, and contact to its energy.
     """
 
     iterations: int
@@ -39,3 +43,10 @@ class StepStatistics:
     fastest: float
     signorini: float
     coulomb: float
+    worst_node: int
+    account: StepAccount
+
+    @property
+    def settled(self) -> bool:
+        """Whether every linear solve reached its tolerance, and every contact its mode."""
+        return self.converged and self.contact_converged

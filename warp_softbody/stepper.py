@@ -172,6 +172,7 @@ class Stepper:
             self._contact.launch_modes(state, contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
         self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
+        self._contact.launch_account(contacts)
 
     def _launch_again(
         self, state: State, control: Control, contacts: Contacts, after: State

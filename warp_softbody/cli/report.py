@@ -20,10 +20,21 @@ def as_text(summary: RunSummary, more: Mapping[str, Any], *, asked_time_step: fl
     if summary.time_step < asked_time_step * (1.0 - 1e-9):
         lines.append(("time step", _shortened(summary, asked_time_step, more["fps"])))
     if summary.unconverged_steps:
-        lines.append(("unconverged", f"{summary.unconverged_steps} steps"))
+        lines.append(("unconverged", _unsettled(summary)))
     paths = {"stage": summary.stage, "picture": more["picture"], "movie": more["movie"]}
     lines += [(name, path) for name, path in paths.items() if path]
     return text_table(summary.headline, lines)
+
+
+def _unsettled(summary: RunSummary) -> str:
+    worst = summary.findings.unsettled
+    told = f"{summary.unconverged_steps} steps"
+    if worst is None or worst.node < 0:
+        return told
+    return (
+        f"{told}, the worst at {worst.time:.3f} s: node {worst.node} of {worst.body!r} misses its "
+        f"contact law by {worst.force:.2g} N"
+    )
 
 
 def _shortened(summary: RunSummary, asked: float, fps: float) -> str:

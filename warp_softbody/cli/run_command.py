@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.tune_command import share
 from warp_softbody.cli.tuned_options import tuned_engine, tuned_plan
 from warp_softbody.errors import InputError, NotFiniteError
-from warp_softbody.options import CONES, ELEMENTS, TANGENTS
+from warp_softbody.options import CONES, ELEMENTS, PRECISIONS, TANGENTS
 
 if TYPE_CHECKING:
     from warp_softbody.cli.recorder import Recorder
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from warp_softbody.simulation import Simulation
 
 INTERRUPTED = 130
+DOUBTFUL = 4
+"""Ran to its end, but something in the result should not be believed; the summary says what."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -60,7 +63,12 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
         type=number(1e-6, 1.0, "s"),
         help="longest time step in s (default: the scene's); shortened to fit whole frames",
     )
-    parser.add_argument("--precision", choices=("float32", "float64"), default="float32")
+    parser.add_argument(
+        "--precision",
+        choices=PRECISIONS,
+        default="auto",
+        help="floating-point type; auto takes float32 where its rounding hides nothing (auto)",
+    )
     parser.add_argument(
         "--tangent",
         choices=TANGENTS,
@@ -119,10 +127,12 @@ def run(args: argparse.Namespace) -> int:
     ):
         simulation = _simulation(args, plan, method)
         failure = _record(simulation, args.seconds, recorder, interruption, progress)
-    _report(args, simulation, plan, method, recorder)
+    status = _report(args, simulation, plan, method, recorder)
     if failure is not None:
         raise failure
-    return INTERRUPTED if interruption.asked else 0
+    if interruption.asked:
+        return INTERRUPTED
+    return DOUBTFUL if status == "doubtful" else 0
 
 
 def _planned(args: argparse.Namespace) -> tuple[ScenePlan, str]:
@@ -134,12 +144,22 @@ def _planned(args: argparse.Namespace) -> tuple[ScenePlan, str]:
         raise InputError(
             f"--seconds {args.seconds:g} is less than half a frame at --fps {args.fps:g}"
         )
+    args.precision = _precision(args, plan)
     if plan.controller is None and args.controller not in (None, "none"):
         raise InputError(
             f"--controller {args.controller}: scene {plan.name!r} has no controller, "
             "its body is passive"
         )
     return plan, "none" if plan.controller is None else args.controller or "qpcc"
+
+
+def _precision(args: argparse.Namespace, plan: ScenePlan) -> str:
+    """The precision asked for, or the one that suits the scene."""
+    from warp_softbody.options import SimulationOptions
+    from warp_softbody.precision_choice import with_precision
+
+    options = SimulationOptions(time_step=args.time_step, precision=args.precision)
+    return with_precision(options, plan.scene).precision
 
 
 def _recorder(args: argparse.Namespace, plan: ScenePlan, method: str) -> Recorder:
@@ -223,7 +243,8 @@ def _report(
     plan: ScenePlan,
     method: str,
     recorder: Recorder,
-) -> None:
+) -> str:
+    """Print the summary; return its status."""
     from warp_softbody.cli.report import as_json, as_text
 
     def path(target: Path | None) -> str | None:
@@ -234,7 +255,7 @@ def _report(
         "picture": path(args.picture),
         "movie": path(args.movie),
         "controller": method,
-        "precision": args.precision,
+        "precision": simulation.model.options.precision,
         "tangent": args.tangent,
         "elements": args.elements,
         "cone": args.cone,
@@ -247,3 +268,7 @@ def _report(
         print(as_json(summary, more))
     elif not args.quiet:
         print(as_text(summary, more, asked_time_step=args.time_step))
+    if args.json or args.quiet:
+        for doubt in summary.findings.doubts:
+            print(f"warp-softbody: in doubt: {doubt}", file=sys.stderr)
+    return summary.status

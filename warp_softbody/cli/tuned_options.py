@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 OPTIONS = {
     "time_step": None,
-    "precision": "float32",
+    "precision": "auto",
     "tangent": "warped",
     "elements": "linear",
     "cone": "smooth",

@@ -1,0 +1,164 @@
+"""What a step did to the momentum of each body, and what contact did to its energy.
+
+Elastic and muscle forces have no net force, so a body's momentum changes by gravity, outer forces,
+damping of its mass and the impulses of contact; what is left over is the step's error. Contact may
+hold and brake, but not drive: friction never works along the velocity, and a normal impulse never
+pulls.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels.contact_modes import LIFT
+from warp_softbody.kernels.precision import real
+
+SUBJECT = "account"
+
+
+@cache
+def make_account(precision: str) -> SimpleNamespace:
+    """Kernels ``balance_bodies``, ``add_ground``, ``add_pairs`` and ``find_volumes``."""
+    types = real(precision)
+    scalar, vec3 = types.scalar, types.vec3
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    lift = wp.constant(LIFT)
+    vec3d = wp.vec3d
+
+    @func
+    def wide(v: vec3):
+        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
+
+    @func
+    def size_of(v: vec3d):
+        return wp.abs(v[0]) + wp.abs(v[1]) + wp.abs(v[2])
+
+    @kernel
+    def balance_bodies(
+        # model
+        body_start: wp.array(dtype=int),
+        masses: wp.array(dtype=scalar),
+        damped_masses: wp.array(dtype=scalar),
+        fixed: wp.array(dtype=int),
+        gravity: wp.array(dtype=vec3),
+        step_factors: wp.array(dtype=scalar),
+        # in
+        outer_impulses: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        # out
+        missing: wp.array(dtype=vec3d),
+        exchanged: wp.array(dtype=wp.float64),
+        gains: wp.array(dtype=wp.float64),
+    ):
+        # what forces other than contact fail to explain; a body that is held has no balance
+        body = wp.tid()
+        left = vec3d()
+        given = vec3d()
+        fall = wp.float64(step_factors[0]) * wide(gravity[0])
+        held = int(0)
+        for i in range(body_start[body], body_start[body + 1]):
+            held += fixed[i]
+            m = wp.float64(masses[i])
+            damped = wp.float64(damped_masses[i])
+            last = before[i] + change[i]
+            gained = wide(last) - wide(before[i])
+            outer = m * fall + wide(outer_impulses[i])
+            given += outer
+            left += damped * gained + (damped - m) * wide(before[i]) - outer
+        if held > 0:
+            left = vec3d()
+            given = vec3d()
+        missing[body] = left
+        exchanged[body] = size_of(given)
+        gains[body] = wp.float64(0.0)
+
+    @kernel
+    def add_ground(
+        # model
+        body_start: wp.array(dtype=int),
+        contact_start: wp.array(dtype=int),
+        surface_nodes: wp.array(dtype=int),
+        fixed: wp.array(dtype=int),
+        # in
+        modes: wp.array(dtype=int),
+        impulses: wp.array(dtype=vec3),
+        normals: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        # in and out
+        missing: wp.array(dtype=vec3d),
+        exchanged: wp.array(dtype=wp.float64),
+        gains: wp.array(dtype=wp.float64),
+    ):
+        body = wp.tid()
+        total = vec3d()
+        work = wp.float64(0.0)
+        for c in range(contact_start[body], contact_start[body + 1]):
+            i = surface_nodes[c]
+            if fixed[i] == 0 and wp.length_sq(impulses[c]) > scalar(0.0):
+                impulse = wide(impulses[c])
+                n = wide(normals[i])
+                velocity = wide(before[i]) + wide(change[i])
+                press = wp.dot(n, impulse)
+                speed = wp.dot(n, velocity)
+                total += impulse
+                work += wp.max(
+                    wp.dot(impulse - press * n, velocity - speed * n), wp.float64(0.0)
+                )
+                work += wp.max(-press, wp.float64(0.0)) * wp.abs(speed)
+        missing[body] = missing[body] - total
+        exchanged[body] = exchanged[body] + size_of(total)
+        gains[body] = gains[body] + work
+
+    @kernel
+    def add_pairs(
+        # model
+        body_start: wp.array(dtype=int),
+        surface_nodes: wp.array(dtype=int),
+        # in
+        corners: wp.array(dtype=wp.vec3i),
+        modes: wp.array(dtype=int),
+        impulses: wp.array(dtype=vec3),
+        # in and out
+        missing: wp.array(dtype=vec3d),
+        exchanged: wp.array(dtype=wp.float64),
+    ):
+        # onto a node, and the opposite onto the body of the triangle
+        body = wp.tid()
+        first = body_start[body]
+        last = body_start[body + 1]
+        total = vec3d()
+        for c in range(modes.shape[0]):
+            k = corners[c][0]
+            if modes[c] != lift and k >= 0:
+                i = surface_nodes[c]
+                if i >= first and i < last:
+                    total += wide(impulses[c])
+                if k >= first and k < last:
+                    total -= wide(impulses[c])
+        missing[body] = missing[body] - total
+        exchanged[body] = exchanged[body] + size_of(total)
+
+    @kernel
+    def find_volumes(
+        # model
+        tets: wp.array(dtype=wp.vec4i),
+        # in
+        positions: wp.array(dtype=vec3),
+        # out
+        volumes: wp.array(dtype=wp.float64),
+    ):
+        t = wp.tid()
+        k = tets[t]
+        a = wide(positions[k[0]])
+        along = wp.cross(wide(positions[k[1]]) - a, wide(positions[k[2]]) - a)
+        volumes[t] = wp.dot(along, wide(positions[k[3]]) - a) / wp.float64(6.0)
+
+    return SimpleNamespace(
+        balance_bodies=balance_bodies,
+        add_ground=add_ground,
+        add_pairs=add_pairs,
+        find_volumes=find_volumes,
+    )
