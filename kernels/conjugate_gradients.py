@@ -97,8 +97,10 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
+        net_partial: wp.array(dtype=wp.vec3d),
     ):
         c = wp.tid()
+        net = wp.vec3d()
         total = wp.float64(0.0)
         moved = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, change.shape[0])):
@@ -111,8 +113,10 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             total += double_dot(value, value)
             if follows != 0:
                 moved += moved_square(masses[i], start[i], change[i])
+                net += wp.vec3d(wp.float64(value[0]), wp.float64(value[1]), wp.float64(value[2]))
         partial[c] = total
         change_partial[c] = moved
+        net_partial[c] = net
 
     @kernel
     def filtered_product(
@@ -208,8 +212,10 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
+        net_partial: wp.array(dtype=wp.vec3d),
     ):
         c = wp.tid()
+        net = wp.vec3d()
         moved = wp.float64(0.0)
         curvature = scalars[CURVATURE]
         alpha = scalar(0.0)
@@ -223,8 +229,10 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             total += double_dot(value, value)
             if follows != 0:
                 moved += moved_square(masses[i], start[i], change[i])
+                net += wp.vec3d(wp.float64(value[0]), wp.float64(value[1]), wp.float64(value[2]))
         partial[c] = total
         change_partial[c] = moved
+        net_partial[c] = net
 
     return SimpleNamespace(
         residual=residual,

@@ -3,7 +3,8 @@
 A step that follows its time error starts its solve from the velocities extrapolated from the last
 two. They are off by (v+ - v) - (v - v-), twice the error that the implicit Euler step makes in v+.
 As M~ >= M, the residual bounds the momentum that an unfinished solve is off by; it may be
-``TIME_ERROR_SHARE`` of the step's own error, and need not be less than the tolerance allows.
+``TIME_ERROR_SHARE`` of the step's own error, and need not be less than the tolerance allows. What
+is left of the net momentum shows as a force from nowhere, and may be ``NET_SHARE`` of that error.
 
 The tolerance is relative to the momentum of the nodes. Of a fast body in short steps that would be
 more than a step changes, so it allows at most ``MOST_OF_CHANGE`` times as much of the impulses that
@@ -46,6 +47,9 @@ MOST_OF_CHANGE = 30.0
 TIME_ERROR_SHARE = 0.05
 """Of the error that the step itself makes, what the solve may add where it follows that error."""
 
+NET_SHARE = 0.002
+"""The same of the net momentum of all nodes."""
+
 
 @cache
 def make_stopping(precision: str) -> SimpleNamespace:
@@ -56,6 +60,7 @@ def make_stopping(precision: str) -> SimpleNamespace:
     most_square = wp.constant(wp.float64(MOST_OF_CHANGE * MOST_OF_CHANGE))
     loose_square = wp.constant(wp.float64(LOOSE_REDUCTION * LOOSE_REDUCTION))
     share_square = wp.constant(wp.float64((0.5 * TIME_ERROR_SHARE) ** 2))
+    net_square = wp.constant(wp.float64((0.5 * NET_SHARE) ** 2))
 
     @func
     def double_dot(a: vec3, b: vec3):
@@ -71,6 +76,21 @@ def make_stopping(precision: str) -> SimpleNamespace:
         for k in range(partial.shape[0]):
             total += partial[k]
         return total
+
+    @func
+    def net_is_left(
+        count: int,
+        change_partial: wp.array(dtype=wp.float64),
+        net_partial: wp.array(dtype=wp.vec3d),
+        square: wp.float64,
+        scalars: wp.array(dtype=wp.float64),
+    ):
+        # nodes that move alike have a momentum of sqrt(count) times the norm over them
+        net = wp.vec3d()
+        for k in range(net_partial.shape[0]):
+            net += net_partial[k]
+        allowed = net_square * wp.float64(count) * total_of(change_partial)
+        return wp.length_sq(net) > allowed and square > scalars[FLOOR_SQUARE]
 
     @kernel
     def set_target(
@@ -110,9 +130,11 @@ def make_stopping(precision: str) -> SimpleNamespace:
         # model
         relative_tolerance: wp.array(dtype=wp.float64),
         follows: int,
+        nodes: int,
         # in
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
+        net_partial: wp.array(dtype=wp.vec3d),
         first: int,
         # out
         scalars: wp.array(dtype=wp.float64),
@@ -137,16 +159,21 @@ def make_stopping(precision: str) -> SimpleNamespace:
         least = stop
         if follows != 0 and first != 0:
             least = wp.float64(0.0)
-        counters[CONDITION] = wp.where(square > least, 1, 0)
+        go_on = square > least
+        if follows != 0 and counters[LOOSE] == 0:
+            go_on = go_on or net_is_left(nodes, change_partial, net_partial, square, scalars)
+        counters[CONDITION] = wp.where(go_on, 1, 0)
 
     @kernel
     def conclude(
         # model
         max_iterations: int,
         follows: int,
+        nodes: int,
         # in
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
+        net_partial: wp.array(dtype=wp.vec3d),
         # out
         scalars: wp.array(dtype=wp.float64),
         counters: wp.array(dtype=int),
@@ -162,7 +189,11 @@ def make_stopping(precision: str) -> SimpleNamespace:
             loose = wp.where(counters[LOOSE] != 0, scalars[STOP_SQUARE], wp.float64(0.0))
             scalars[STOP_SQUARE] = wp.max(scalars[TARGET_SQUARE], loose)
         go_on = int(0)
-        if square > scalars[STOP_SQUARE]:
+        unfinished = square > scalars[STOP_SQUARE]
+        if follows != 0 and counters[LOOSE] == 0:
+            left = net_is_left(nodes, change_partial, net_partial, square, scalars)
+            unfinished = unfinished or left
+        if unfinished:
             if counters[ITERATIONS] < max_iterations:
                 go_on = 1
             else:

@@ -197,7 +197,8 @@ class ContactResolution:
         law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
         law += [a["contact_tolerances"], m.options.max_contact_passes]
         inputs = [a["surface_nodes"], a["fixed"], *rows, *law]
-        now = [self._assembly.node_rotations, self._assembly.values, right, self.before, self.change]
+        now = [self._assembly.node_rotations, self._assembly.values]
+        now += [right, self.before, self.change]
         now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]
         outputs = [
             contacts.modes,

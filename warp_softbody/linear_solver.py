@@ -48,6 +48,7 @@ class ConjugateGradients:
             name: model.zeros(model.chunk_count, wp.float64)
             for name in ("rr", "rz", "pq", "change")
         }
+        self._net = model.zeros(model.chunk_count, wp.vec3d)
         self.scalars = model.zeros(stopping.SCALARS, wp.float64)
         self.counters = model.zeros(stopping.COUNTERS, wp.int32)
         self._follows = int(model.options.follows_time_error)
@@ -78,7 +79,7 @@ class ConjugateGradients:
         (chunk, *rows), surroundings = self._operator(slip_stiffness)
         inputs = [chunk, self._follows, *rows, a["mass"], a["damped_mass"], *surroundings]
         inputs += [right_side, self.before, self.start, change]
-        outputs = [self._vectors["r"], s["rr"], s["change"]]
+        outputs = [self._vectors["r"], s["rr"], s["change"], self._net]
         self._launch(self._kernels.residual, inputs, outputs)
         return self._vectors["r"]
 
@@ -105,7 +106,8 @@ class ConjugateGradients:
         self.residual(right_side, slip_stiffness, change)
         if constraints is not None:
             constraints.finish_residual(v["r"], s["rr"])
-        inputs = [m.arrays["tolerance"], self._follows, s["rr"], s["change"], int(first)]
+        inputs = [m.arrays["tolerance"], self._follows, m.node_count]
+        inputs += [s["rr"], s["change"], self._net, int(first)]
         self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 
         def iterate() -> None:
@@ -123,9 +125,10 @@ class ConjugateGradients:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
             self._launch(k.add_up, [stopping.CURVATURE, s["pq"]], [self.scalars], dim=1)
             inputs = [m.chunk, self._follows, m.arrays["mass"], self.scalars]
-            outputs = [change, v["r"], s["rr"], s["change"]]
+            outputs = [change, v["r"], s["rr"], s["change"], self._net]
             self._launch(k.advance, [*inputs, v["p"], v["q"], self.start], outputs)
-            inputs = [m.options.max_iterations, self._follows, s["rr"], s["change"]]
+            inputs = [m.options.max_iterations, self._follows, m.node_count]
+            inputs += [s["rr"], s["change"], self._net]
             self._launch(self._stopping.conclude, inputs, [self.scalars, self.counters], dim=1)
 
         wp.capture_while(self.counters[stopping.CONDITION : stopping.CONDITION + 1], iterate)
