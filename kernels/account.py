@@ -1,9 +1,9 @@
-"""What a step did to the momentum of each body, and what contact did to its energy.
+"""What the steps of a run did to the momentum of each body, and what contact did to its energy.
 
 Elastic and muscle forces have no net force, so a body's momentum changes by gravity, outer forces,
 damping of its mass and the impulses of contact; what is left over is the step's error. Contact may
 hold and brake, but not drive: friction never works along the velocity, and a normal impulse never
-pulls.
+pulls. All of it is summed on the device, and read once, at the end.
 """
 
 from functools import cache
@@ -19,7 +19,7 @@ SUBJECT = "account"
 
 @cache
 def make_account(precision: str) -> SimpleNamespace:
-    """Kernels ``balance_bodies``, ``add_ground``, ``add_pairs`` and ``find_volumes``."""
+    """Kernels ``balance_bodies``, ``add_ground``, ``add_pairs`` and ``find_shapes``."""
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
@@ -50,13 +50,14 @@ def make_account(precision: str) -> SimpleNamespace:
         # out
         missing: wp.array(dtype=vec3d),
         exchanged: wp.array(dtype=wp.float64),
-        gains: wp.array(dtype=wp.float64),
+        energies: wp.array(dtype=wp.float64),
     ):
         # what forces other than contact fail to explain; a body that is held has no balance
         body = wp.tid()
         left = vec3d()
         given = vec3d()
         fall = wp.float64(step_factors[0]) * wide(gravity[0])
+        energy = wp.float64(0.0)
         held = int(0)
         for i in range(body_start[body], body_start[body + 1]):
             held += fixed[i]
@@ -66,13 +67,14 @@ def make_account(precision: str) -> SimpleNamespace:
             gained = wide(last) - wide(before[i])
             outer = m * fall + wide(outer_impulses[i])
             given += outer
+            energy += m * wp.length_sq(wide(last))
             left += damped * gained + (damped - m) * wide(before[i]) - outer
         if held > 0:
             left = vec3d()
             given = vec3d()
-        missing[body] = left
-        exchanged[body] = size_of(given)
-        gains[body] = wp.float64(0.0)
+        missing[body] = missing[body] + left
+        exchanged[body] = exchanged[body] + size_of(given)
+        energies[body] = wp.max(energies[body], wp.float64(0.5) * energy)
 
     @kernel
     def add_ground(
@@ -142,23 +144,40 @@ def make_account(precision: str) -> SimpleNamespace:
         exchanged[body] = exchanged[body] + size_of(total)
 
     @kernel
-    def find_volumes(
+    def find_shapes(
         # model
+        tet_start: wp.array(dtype=int),
         tets: wp.array(dtype=wp.vec4i),
         # in
         positions: wp.array(dtype=vec3),
         # out
         volumes: wp.array(dtype=wp.float64),
+        least: wp.array(dtype=wp.float64),
+        largest: wp.array(dtype=wp.float64),
+        inverted: wp.array(dtype=int),
+        most_inverted: wp.array(dtype=int),
     ):
-        t = wp.tid()
-        k = tets[t]
-        a = wide(positions[k[0]])
-        along = wp.cross(wide(positions[k[1]]) - a, wide(positions[k[2]]) - a)
-        volumes[t] = wp.dot(along, wide(positions[k[3]]) - a) / wp.float64(6.0)
+        # of a body: its volume, tets inside out, and the extremes so far
+        body = wp.tid()
+        total = wp.float64(0.0)
+        count = int(0)
+        for t in range(tet_start[body], tet_start[body + 1]):
+            k = tets[t]
+            a = wide(positions[k[0]])
+            along = wp.cross(wide(positions[k[1]]) - a, wide(positions[k[2]]) - a)
+            sixfold = wp.dot(along, wide(positions[k[3]]) - a)
+            total += sixfold / wp.float64(6.0)
+            if not sixfold > wp.float64(0.0):
+                count += 1
+        volumes[body] = total
+        least[body] = wp.min(least[body], total)
+        largest[body] = wp.max(largest[body], total)
+        inverted[body] = count
+        most_inverted[body] = wp.max(most_inverted[body], count)
 
     return SimpleNamespace(
         balance_bodies=balance_bodies,
         add_ground=add_ground,
         add_pairs=add_pairs,
-        find_volumes=find_volumes,
+        find_shapes=find_shapes,
     )

@@ -34,6 +34,7 @@ class ContactResolution:
         right_with_slip: the same with the constant part of friction.
         outer_impulses: (n,) vec3 N s, of the forces from outside, without gravity.
         before: (n,) vec3 m/s, the velocities before the step.
+        accountant: keeps the account of all steps.
         start: (n,) vec3 m/s, the change that the step's first solve starts from.
         change: (n,) vec3 m/s, what the step adds to the velocities.
         carry: (bodies,) vec3d N s, momentum that rounding keeps velocities from taking.
@@ -67,7 +68,7 @@ class ContactResolution:
         self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start
         self._pairs: PairContact | None = None
-        self._accountant = Accountant(model)
+        self.accountant = Accountant(model)
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
@@ -218,7 +219,7 @@ class ContactResolution:
         if self._pairs is not None and contacts.pairs is not None:
             corners = self._pairs.corners
         moved = (self.outer_impulses, self.before, self.change)
-        self._accountant.launch(contacts, normals, *moved, corners)
+        self.accountant.launch(contacts, normals, *moved, corners)
 
     def _worst_node(self) -> int:
         """Of the last pass: the node that misses its law of contact with the ground most."""
@@ -257,5 +258,4 @@ class ContactResolution:
             signorini=signorini,
             coulomb=coulomb,
             worst_node=-1 if settled else self._worst_node(),
-            account=self._accountant.read(),
         )

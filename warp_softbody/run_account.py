@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.account import Shape
+from warp_softbody.account import Account, Shapes
 from warp_softbody.model import Model
 from warp_softbody.step_statistics import StepStatistics
 
@@ -72,99 +73,74 @@ class Findings:
     doubts: tuple[str, ...]
 
 
-@dataclass
 class RunAccount:
-    """Sums and extremes of a run's steps and frames."""
+    """The steps of a run that did not settle, and what to make of its account."""
 
-    model: Model
-    missing: FloatArray = field(init=False)
-    exchanged: FloatArray = field(init=False)
-    gained: FloatArray = field(init=False)
-    energy: FloatArray = field(init=False)
-    steps: int = 0
-    bad_steps: int = 0
-    worst: Unsettled | None = None
-    most_inverted: int = 0
-    inverted: int = 0
-    volumes: FloatArray = field(init=False)
-    least_volume: float = 1.0
-    largest_volume: float = 1.0
-
-    def __post_init__(self) -> None:
+    def __init__(self, model: Model) -> None:
         """Begin with the momentum and energy of the scene's start."""
-        model, scene = self.model, self.model.scene
-        count = len(scene.parts)
+        scene = model.scene
         speeds = [scene.initial_velocity, *(body.velocity for body in scene.others)]
         masses = np.array([model.masses[part.nodes].sum() for part in scene.parts])
         speed = np.linalg.norm(np.asarray(speeds, dtype=float), axis=1)
-        sizes = np.array([body_size(c.mesh.points) for c in scene.characters])
-        self.missing = np.zeros((count, 3))
-        self.exchanged = masses * speed
-        self.gained = np.zeros(count)
-        # of the fastest motion so far, and at least of a fall by a hundredth of the body
-        fall = 0.01 * float(np.linalg.norm(scene.gravity)) * sizes
-        self.energy = masses * np.maximum(0.5 * speed**2, fall)
-        self.volumes = np.ones(count)
-        self._sizes = sizes
+        self._model = model
+        self._sizes = np.array([body_size(c.mesh.points) for c in scene.characters])
+        self._momentum = masses * speed
+        # at least a fall by a hundredth of the body
+        fall = 0.01 * float(np.linalg.norm(scene.gravity)) * self._sizes
+        self._energy = masses * np.maximum(0.5 * speed**2, fall)
+        self._steps = 0
+        self._bad_steps = 0
+        self._worst: Unsettled | None = None
 
-    def note_step(self, statistics: StepStatistics, time: float) -> None:
+    def note(self, statistics: StepStatistics, time: float) -> None:
         """Count a step that began at a time, s."""
-        self.steps += 1
-        account = statistics.account
-        self.missing += account.missing
-        self.exchanged += account.exchanged
-        self.gained += account.gained
+        self._steps += 1
         if statistics.settled:
             return
-        self.bad_steps += 1
+        self._bad_steps += 1
         force = max(statistics.signorini, statistics.coulomb)
-        if self.worst is None or force > self.worst.force:
-            self.worst = self._named(statistics.worst_node, time, force)
+        if self._worst is None or force > self._worst.force:
+            self._worst = self._named(statistics.worst_node, time, force)
 
     def _named(self, node: int, time: float, force: float) -> Unsettled:
-        scene = self.model.scene
-        for part in scene.parts:
+        parts = self._model.scene.parts
+        for part in parts:
             if part.nodes.start <= node < part.nodes.stop:
                 own = node - part.nodes.start
                 return Unsettled(time=time, body=part.name, node=own, force=force)
-        return Unsettled(time=time, body=scene.parts[0].name, node=-1, force=force)
+        return Unsettled(time=time, body=parts[0].name, node=-1, force=force)
 
-    def note_frame(self, shape: Shape, velocities: FloatArray) -> None:
-        """Count a frame's shape, and its kinetic energy."""
-        self.inverted = shape.inverted
-        self.most_inverted = max(self.most_inverted, shape.inverted)
-        self.volumes = shape.volumes
-        self.least_volume = min(self.least_volume, float(shape.volumes.min()))
-        self.largest_volume = max(self.largest_volume, float(shape.volumes.max()))
-        squares = 0.5 * self.model.masses * np.einsum("ij,ij->i", velocities, velocities)
-        starts = [part.nodes.start for part in self.model.scene.parts]
-        self.energy = np.maximum(self.energy, np.add.reduceat(squares, starts))
-
-    def findings(self, positions: FloatArray) -> Findings:
-        """All of it, at the end of a run with nodes at ``positions`` (n, 3), m."""
+    def findings(self, account: Account, shapes: Shapes, positions: FloatArray) -> Findings:
+        """What to make of it, with nodes at ``positions`` (n, 3), m, at the end."""
+        exchanged = self._momentum + account.exchanged
         with np.errstate(divide="ignore", invalid="ignore"):
-            shares = np.linalg.norm(self.missing, axis=1) / self.exchanged
+            shares = np.linalg.norm(account.missing, axis=1) / exchanged
         momentum_error = float(np.nan_to_num(shares).max())
-        depth, deepest = self._sunk(positions)
+        depth, sunk = self._sunk(positions)
+        gained = account.gained / np.maximum(np.maximum(self._energy, account.energy), 1e-300)
+        doubts = [
+            *self._doubts_of_shape(shapes, sunk),
+            *self._doubts_of_steps(momentum_error, float(gained.max())),
+        ]
         return Findings(
             momentum_error=momentum_error,
-            contact_gain=float(self.gained.sum()),
-            inverted_tets=self.inverted,
-            most_inverted=self.most_inverted,
-            volumes=(self.least_volume, self.largest_volume),
+            contact_gain=float(account.gained.sum()),
+            inverted_tets=int(shapes.inverted.sum()),
+            most_inverted=int(shapes.most_inverted.max()),
+            volumes=(float(shapes.least.min()), float(shapes.largest.max())),
             depth=depth,
-            unsettled=self.worst,
-            doubts=tuple(self._doubts(momentum_error, deepest)),
+            unsettled=self._worst,
+            doubts=tuple(doubts),
         )
 
     def _sunk(self, positions: FloatArray) -> tuple[float, float]:
         """Largest depth below the ground, m, and of the size of the body that it belongs to."""
-        scene = self.model.scene
+        scene = self._model.scene
         if scene.ground is None or not np.isfinite(positions).all():
             return 0.0, 0.0
-        surface = self.model.body.mesh.surface_nodes
+        surface = self._model.body.mesh.surface_nodes
         # a fixed node is where the scene wants it
-        surface = surface[~self.model.fixed[surface]]
+        surface = surface[~self._model.fixed[surface]]
         gaps, _ = scene.ground.measure(positions[surface])
         depth, share = 0.0, 0.0
         for part, size in zip(scene.parts, self._sizes, strict=True):
@@ -173,43 +149,42 @@ class RunAccount:
             depth, share = max(depth, least), max(share, least / size)
         return depth, share
 
-    def _doubts(self, momentum_error: float, sunk: float) -> list[str]:
-        found = []
-        if self.inverted:
-            found.append(
-                f"{self.inverted} of {self.model.tet_count} tets are inside out at the end: take a "
-                "stiffer material, a finer mesh or a smaller time step"
+    def _doubts_of_shape(self, shapes: Shapes, sunk: float) -> Iterator[str]:
+        if shapes.inverted.any():
+            yield (
+                f"{shapes.inverted.sum()} of {self._model.tet_count} tets are inside out at the "
+                "end: take a stiffer material, a finer mesh or a smaller time step"
             )
-        swelling = float(np.abs(self.volumes - 1.0).max())
-        if not swelling <= MOST_SWELLING:
-            worst = self.model.scene.parts[int(np.abs(self.volumes - 1.0).argmax())].name
-            found.append(
-                f"body {worst!r} ends at {self.volumes[np.abs(self.volumes - 1.0).argmax()]:.3g} "
+        swelling = np.abs(shapes.volumes - 1.0)
+        if not swelling.max() <= MOST_SWELLING:
+            worst = int(swelling.argmax())
+            yield (
+                f"body {self._model.scene.parts[worst].name!r} ends at {shapes.volumes[worst]:.3g} "
                 "times its volume, where linear elasticity means little: take a stiffer material, "
                 "a larger Poisson's ratio or a smaller time step"
             )
         if sunk > MOST_SUNK:
-            found.append(
+            yield (
                 f"a node ends {100.0 * sunk:.0f} % of its body's size below the ground: take a "
                 "smaller time step or a finer surface"
             )
+
+    def _doubts_of_steps(self, momentum_error: float, gained: float) -> Iterator[str]:
         if momentum_error > MOST_MISSING:
-            found.append(
+            yield (
                 f"{100.0 * momentum_error:.2g} % of the momentum that a body exchanged is "
                 "unexplained: take precision float64 or a smaller tolerance"
             )
-        gained = float((self.gained / np.maximum(self.energy, 1e-300)).max())
         if gained > MOST_GAINED:
-            found.append(
+            yield (
                 f"contact gave a body {100.0 * gained:.2g} % of its energy instead of taking it: "
                 "take a smaller time step"
             )
-        if self.bad_steps > max(1.0, MOST_UNSETTLED * self.steps):
-            found.append(
-                f"{self.bad_steps} of {self.steps} steps ended before they had settled: take a "
+        if self._bad_steps > max(1.0, MOST_UNSETTLED * self._steps):
+            yield (
+                f"{self._bad_steps} of {self._steps} steps ended before they had settled: take a "
                 "smaller time step, or more max_contact_passes"
             )
-        return found
 
 
 def body_size(points: FloatArray) -> float:

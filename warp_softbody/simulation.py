@@ -145,7 +145,7 @@ class Simulation:
                 time=self.time,
             )
         self._state, self._after = self._after, self._state
-        self._account.note_step(statistics, self.time)
+        self._account.note(statistics, self.time)
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
         ended = time.perf_counter()
@@ -174,7 +174,9 @@ class Simulation:
     def summary(self, stage: str | None = None) -> RunSummary:
         """The run so far in numbers."""
         model, log = self.model, self._log
-        findings = self._account.findings(self._state.positions.numpy().astype(np.float64))
+        positions = self._state.positions.numpy().astype(np.float64)
+        measured = (self._stepper.account(), self._gauge.read(), positions)
+        findings = self._account.findings(*measured)
         status = "doubtful" if self._status == "complete" and findings.doubts else self._status
         return RunSummary(
             scene=self.name,
@@ -261,6 +263,6 @@ class Simulation:
     def _handed_out(self) -> Frame:
         now = (self._state, self._contacts, self._rest_lengths, self._planned)
         frame = self._snapshots.frame(self._frames, self.time, *now)
-        self._account.note_frame(self._gauge.measure(self._state), frame.velocities)
+        self._gauge.measure(self._state)
         self._frames += 1
         return frame

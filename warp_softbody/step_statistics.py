@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from warp_softbody.account import StepAccount
-
 
 @dataclass(frozen=True)
 class StepStatistics:
@@ -28,7 +26,6 @@ class StepStatistics:
         coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
             one that the law demands at its velocity and normal impulse, over dt.
         worst_node: the node of the larger of the two where contact did not settle; else -1.
-        account: what the step did to each body's momentum, and contact to its energy.
     """
 
     iterations: int
@@ -44,7 +41,6 @@ class StepStatistics:
     signorini: float
     coulomb: float
     worst_node: int
-    account: StepAccount
 
     @property
     def settled(self) -> bool:

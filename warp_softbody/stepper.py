@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody.account import Account
 from warp_softbody.assembly import Assembly
 from warp_softbody.contact_resolution import ContactResolution
 from warp_softbody.kernels.contact_ends import make_contact_ends
@@ -105,6 +106,10 @@ class Stepper:
         if renew:
             self._contact.preconditioner.renewed()
         return self._read_statistics()
+
+    def account(self) -> Account:
+        """What all steps so far did to the bodies' momentum, and contact to their energy."""
+        return self._contact.accountant.read()
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
         """Replay a graph; the first time, capture it. States are told apart by identity."""
