@@ -12,6 +12,7 @@ from warp_softbody.assembly import Assembly
 from warp_softbody.block_factor import Freedom
 from warp_softbody.friction_cone import make_friction
 from warp_softbody.ground_detection import make_detection
+from warp_softbody.host_view import HostView
 from warp_softbody.kernels import contact_stages, stopping
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.rigid_balance import make_rigid_balance
@@ -69,6 +70,9 @@ class ContactResolution:
         self.before, self.start = self._solver.before, self._solver.start
         self._pairs: PairContact | None = None
         self.accountant = Accountant(model)
+        self._read_counters = HostView(self._solver.counters).read
+        self._read_scalars = HostView(self._solver.scalars).read
+        self._read_violations = HostView(self._largest_violations).read
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
@@ -230,7 +234,7 @@ class ContactResolution:
 
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
-        counters = self._solver.counters.numpy()
+        counters = self._read_counters()
         passes = counters[contact_stages.PASSES] + counters[contact_stages.EARLIER_PASSES]
         passes = max(self._model.options.newton_iterations, int(passes))
         iterations = int(counters[stopping.TOTAL_ITERATIONS])
@@ -238,11 +242,11 @@ class ContactResolution:
             # no preconditioner knows of pairs, so more is left to the iteration
             self._fresh = max(FRESH_ITERATIONS, iterations / passes)
         self.preconditioner.used(iterations, fresh=int(self._fresh * passes))
-        options, scalars = self._model.options, self._solver.scalars.numpy()
+        options, scalars = self._model.options, self._read_scalars()
         target, floor = scalars[stopping.TARGET_SQUARE], scalars[stopping.FLOOR_SQUARE]
         eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
         dt = options.time_step
-        signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
+        signorini, coulomb = (float(v) / dt for v in self._read_violations()[0])
         settled = int(counters[contact_stages.CHANGED]) == 0
         return StepStatistics(
             iterations=iterations,

@@ -15,6 +15,7 @@ import warp as wp
 from warp_softbody.account import Account
 from warp_softbody.assembly import Assembly
 from warp_softbody.contact_resolution import ContactResolution
+from warp_softbody.host_view import HostView
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.mesh_geometry import shortest_edge
@@ -40,6 +41,7 @@ class Stepper:
         self.lengths = model.zeros(model.segment_count, types.scalar)
         self._tensions = model.zeros(model.segment_count, types.scalar)
         self._extremes = model.zeros(2, wp.float64)
+        self._read_extremes = HostView(self._extremes).read
         mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
@@ -196,7 +198,7 @@ class Stepper:
         contact.launch_next(state, contacts)
 
     def _read_statistics(self) -> StepStatistics:
-        reach, speed = self._extremes.numpy().tolist()
+        reach, speed = self._read_extremes().tolist()
         resolved = reach < self._most_reach
         return self._contact.read_statistics(
             renewed=self._renewed, resolved=resolved, fastest=speed
