@@ -151,6 +151,18 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         scalars[index] = total_of(partial)
 
     @kernel
+    def add_up_curvature(
+        # in
+        partial: wp.array(dtype=wp.float64),
+        mass_partial: wp.array(dtype=wp.float64),
+        # out
+        scalars: wp.array(dtype=wp.float64),
+    ):
+        # stiffness is never less than none, but for rounding, whose steps would have no bound
+        stiff = wp.max(total_of(partial), wp.float64(0.0))
+        scalars[CURVATURE] = total_of(mass_partial) + stiff
+
+    @kernel
     def direction(
         # model
         chunk: int,
@@ -185,16 +197,19 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         # out
         q: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
+        mass_partial: wp.array(dtype=wp.float64),
     ):
         c = wp.tid()
         total = wp.float64(0.0)
+        inertia = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, p.shape[0])):
-            value = stiffness_of_row(i, row_start, column, values, p)
-            value += damped_masses[i] * p[i] + slip_stiffness[i] * p[i]
-            value = project(kinds[i], axes[i], value)
-            q[i] = value
-            total += double_dot(p[i], value)
+            own = damped_masses[i] * p[i]
+            stiff = stiffness_of_row(i, row_start, column, values, p) + slip_stiffness[i] * p[i]
+            q[i] = project(kinds[i], axes[i], own + stiff)
+            total += double_dot(p[i], stiff)
+            inertia += double_dot(p[i], own)
         partial[c] = total
+        mass_partial[c] = inertia
 
     @kernel
     def advance(
@@ -238,6 +253,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         residual=residual,
         filtered_product=filtered_product,
         add_up=add_up,
+        add_up_curvature=add_up_curvature,
         direction=direction,
         product=product,
         advance=advance,

@@ -3,6 +3,7 @@
 from functools import cache
 from types import SimpleNamespace
 
+import numpy as np
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
@@ -66,6 +67,9 @@ FACTORISE = """
     }
 """
 
+PIVOT_MARGIN = 200.0
+"""Roundings of a pivot that are added to it, so that the factor stays positive definite."""
+
 
 @cache
 def make_factorisation(precision: str) -> SimpleNamespace:
@@ -74,6 +78,7 @@ def make_factorisation(precision: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     mat34 = wp.types.matrix(shape=(3, 4), dtype=scalar)
     zero = wp.constant(scalar(0.0))
+    margin = wp.constant(scalar(PIVOT_MARGIN * float(np.finfo(precision).eps)))
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
     held, line = wp.constant(cg.HELD), wp.constant(cg.LINE)
@@ -120,6 +125,8 @@ def make_factorisation(precision: str) -> SimpleNamespace:
                 pivot = size * wp.outer(axis, axis) + given * wp.identity(n=3, dtype=scalar)
             if kind == held:
                 pivot = given * wp.identity(n=3, dtype=scalar)
+            # what elimination subtracts may leave less of a stiff body's mass than rounding takes
+            pivot += (margin * given) * wp.identity(n=3, dtype=scalar)
         pivots[i] = pivot
 
     @kernel

@@ -194,7 +194,9 @@ def make_stopping(precision: str) -> SimpleNamespace:
             left = net_is_left(nodes, change_partial, net_partial, square, scalars)
             unfinished = unfinished or left
         if unfinished:
-            if counters[ITERATIONS] < max_iterations:
+            # a matrix that rounding has left indefinite ends the iteration
+            sound = scalars[CURVATURE] > wp.float64(0.0) and scalars[NEW_PRODUCT] > wp.float64(0.0)
+            if sound and counters[ITERATIONS] < max_iterations:
                 go_on = 1
             else:
                 counters[UNCONVERGED] = counters[UNCONVERGED] + 1

@@ -241,7 +241,9 @@ class ContactResolution:
         if self._renewing:
             # no preconditioner knows of pairs, so more is left to the iteration
             self._fresh = max(FRESH_ITERATIONS, iterations / passes)
-        self.preconditioner.used(iterations, fresh=int(self._fresh * passes))
+        converged = int(counters[stopping.UNCONVERGED]) == 0
+        fresh = int(self._fresh * passes)
+        self.preconditioner.used(iterations, fresh=fresh, converged=converged)
         options, scalars = self._model.options, self._read_scalars()
         target, floor = scalars[stopping.TARGET_SQUARE], scalars[stopping.FLOOR_SQUARE]
         eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
@@ -254,7 +256,7 @@ class ContactResolution:
             touching=int(counters[contact_stages.TOUCHING]),
             residual=options.solver_tolerance * eased,
             renewed=renewed,
-            converged=int(counters[stopping.UNCONVERGED]) == 0,
+            converged=converged,
             contact_converged=settled,
             finite=bool(np.isfinite(scalars[stopping.LAST_SQUARE])),
             resolved=resolved,

@@ -16,7 +16,7 @@ class HostView:
     def __init__(self, array: Any) -> None:
         """View a device array for as long as it lives."""
         self._array = array
-        self._shared = array.numpy() if array.device.is_cpu else None
+        self._shared: npt.NDArray[Any] | None = array.numpy() if array.device.is_cpu else None
 
     def read(self) -> npt.NDArray[Any]:
         """What the array holds now; not to be kept, since it may change with the next step."""

@@ -46,7 +46,7 @@ class ConjugateGradients:
         self._vectors = {name: model.zeros(n, types.vec3) for name in "rzpq"}
         self._sums = {
             name: model.zeros(model.chunk_count, wp.float64)
-            for name in ("rr", "rz", "pq", "change")
+            for name in ("rr", "rz", "pq", "pp", "change")
         }
         self._net = model.zeros(model.chunk_count, wp.vec3d)
         self.scalars = model.zeros(stopping.SCALARS, wp.float64)
@@ -120,10 +120,10 @@ class ConjugateGradients:
             self._launch(k.add_up, [stopping.NEW_PRODUCT, s["rz"]], [self.scalars], dim=1)
             self._launch(k.direction, [m.chunk, self.scalars, v["z"]], [v["p"]])
             inputs = [*rows, m.arrays["damped_mass"], *surroundings, v["p"]]
-            self._launch(k.product, inputs, [v["q"], s["pq"]])
+            self._launch(k.product, inputs, [v["q"], s["pq"], s["pp"]])
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
-            self._launch(k.add_up, [stopping.CURVATURE, s["pq"]], [self.scalars], dim=1)
+            self._launch(k.add_up_curvature, [s["pq"], s["pp"]], [self.scalars], dim=1)
             inputs = [m.chunk, self._follows, m.arrays["mass"], self.scalars]
             outputs = [change, v["r"], s["rr"], s["change"], self._net]
             self._launch(k.advance, [*inputs, v["p"], v["q"], self.start], outputs)

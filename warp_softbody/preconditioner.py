@@ -25,8 +25,8 @@ class Preconditioner(Protocol):
         """Note that ``renew`` has run on the present matrix."""
         ...
 
-    def used(self, iterations: int, fresh: int) -> None:
-        """Note the iterations of a step, and those that it takes at best."""
+    def used(self, iterations: int, fresh: int, *, converged: bool = True) -> None:
+        """Note the iterations of a step, those that it takes at best, and whether they sufficed."""
         ...
 
     def renew(self, freedom: Freedom) -> None:
@@ -82,9 +82,9 @@ class WarpedFactor:
         """Note that the factor is of the present matrix."""
         self._excess = 0.0
 
-    def used(self, iterations: int, fresh: int) -> None:
+    def used(self, iterations: int, fresh: int, *, converged: bool = True) -> None:
         """Count iterations beyond those that even a fresh factor would have needed."""
-        self._excess += max(0, iterations - fresh)
+        self._excess += max(0, iterations - fresh) if converged else float("inf")
 
     def renew(self, freedom: Freedom) -> None:
         """Launch the factorisation of the present matrix on the velocities left free."""
@@ -143,7 +143,7 @@ class TwoLevel:
     def renewed(self) -> None:
         """Nothing is kept that could grow stale."""
 
-    def used(self, iterations: int, fresh: int) -> None:
+    def used(self, iterations: int, fresh: int, *, converged: bool = True) -> None:
         """Nothing is kept that could grow stale."""
 
     def renew(self, freedom: Freedom) -> None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from warp_softbody.account import Account, Shapes
 from warp_softbody.model import Model
+from warp_softbody.precision_choice import lost_in_single
 from warp_softbody.step_statistics import StepStatistics
 
 FloatArray = npt.NDArray[np.float64]
@@ -119,6 +120,7 @@ class RunAccount:
         depth, sunk = self._sunk(positions)
         gained = account.gained / np.maximum(np.maximum(self._energy, account.energy), 1e-300)
         doubts = [
+            *self._doubts_of_rounding(positions),
             *self._doubts_of_shape(shapes, sunk),
             *self._doubts_of_steps(momentum_error, float(gained.max())),
         ]
@@ -148,6 +150,16 @@ class RunAccount:
             least = max(0.0, -float(gaps[own].min(initial=0.0)))
             depth, share = max(depth, least), max(share, least / size)
         return depth, share
+
+    def _doubts_of_rounding(self, positions: FloatArray) -> Iterator[str]:
+        model = self._model
+        if model.options.precision != "float32":
+            return
+        away = np.abs(positions).max(axis=1)
+        reaches = [float(away[part.nodes].max()) for part in model.scene.parts]
+        lost = lost_in_single(model.scene, reaches, model.options.time_step)
+        if lost is not None:
+            yield f"float32 rounds away {lost}: take precision float64"
 
     def _doubts_of_shape(self, shapes: Shapes, sunk: float) -> Iterator[str]:
         if shapes.inverted.any():
