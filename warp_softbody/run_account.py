@@ -18,6 +18,12 @@ FloatArray = npt.NDArray[np.float64]
 MOST_MISSING = 1e-3
 """Momentum that may be missing, of all that a body exchanged in a run."""
 
+DIVERGED = 1.0
+"""Share of the momentum missing at which a run is stopped: no force explains most of it."""
+
+NO_NUMBER = 1e300
+"""What findings hold in place of what is not a finite number."""
+
 MOST_GAINED = 1e-2
 """Energy that contact may have given to a body, of the largest that it had."""
 
@@ -111,12 +117,19 @@ class RunAccount:
                 return Unsettled(time=time, body=part.name, node=own, force=force)
         return Unsettled(time=time, body=parts[0].name, node=-1, force=force)
 
+    def has_diverged(self, account: Account) -> bool:
+        """Whether a body has got more momentum from nowhere than from forces."""
+        return not self._momentum_error(account) < DIVERGED
+
+    def _momentum_error(self, account: Account) -> float:
+        """Largest share of the momentum exchanged that is missing, over the bodies."""
+        exchanged = self._momentum + account.exchanged
+        missing = np.linalg.norm(account.missing, axis=1)
+        return float((missing / np.maximum(exchanged, 1e-300)).max())
+
     def findings(self, account: Account, shapes: Shapes, positions: FloatArray) -> Findings:
         """What to make of it, with nodes at ``positions`` (n, 3), m, at the end."""
-        exchanged = self._momentum + account.exchanged
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shares = np.linalg.norm(account.missing, axis=1) / exchanged
-        momentum_error = float(np.nan_to_num(shares).max())
+        momentum_error = self._momentum_error(account)
         depth, sunk = self._sunk(positions)
         gained = account.gained / np.maximum(np.maximum(self._energy, account.energy), 1e-300)
         doubts = [
@@ -125,11 +138,11 @@ class RunAccount:
             *self._doubts_of_steps(momentum_error, float(gained.max())),
         ]
         return Findings(
-            momentum_error=momentum_error,
-            contact_gain=float(account.gained.sum()),
+            momentum_error=_finite(momentum_error),
+            contact_gain=_finite(account.gained.sum()),
             inverted_tets=int(shapes.inverted.sum()),
             most_inverted=int(shapes.most_inverted.max()),
-            volumes=(float(shapes.least.min()), float(shapes.largest.max())),
+            volumes=(_finite(shapes.least.min()), _finite(shapes.largest.max())),
             depth=depth,
             unsettled=self._worst,
             doubts=tuple(doubts),
@@ -197,6 +210,11 @@ class RunAccount:
                 f"{self._bad_steps} of {self._steps} steps ended before they had settled: take a "
                 "smaller time step, or more max_contact_passes"
             )
+
+
+def _finite(value: float) -> float:
+    """A number that JSON can hold; what is none, or infinite, becomes ``NO_NUMBER``."""
+    return float(value) if np.isfinite(value) else NO_NUMBER
 
 
 def body_size(points: FloatArray) -> float:

@@ -24,6 +24,7 @@ from warp_softbody.sleep import Sleep
 from warp_softbody.snapshots import Snapshots
 from warp_softbody.state import SLACK, Contacts, Control, State
 from warp_softbody.statistics import MeanSpread, RunSummary, Spread, StepLog
+from warp_softbody.step_statistics import StepStatistics
 from warp_softbody.stepper import Stepper
 from warp_softbody.view import BodyView
 
@@ -132,18 +133,7 @@ class Simulation:
         statistics = self._stepper.resolve_contact(
             self._state, self._control, self._contacts, self._after
         )
-        if not (statistics.finite and statistics.resolved):
-            self._status = "not finite"
-            what = "numbers stopped being finite"
-            if statistics.finite:
-                precision = self.model.options.precision
-                what = f"nodes are too far away for {precision} to tell them apart"
-            raise NotFiniteError(
-                f"{what} at step {self._steps} ({self.time:.4f} s) of "
-                f"{self.name!r}; try a smaller time_step than {self.model.options.time_step:g} s",
-                step=self._steps,
-                time=self.time,
-            )
+        self._refuse_nonsense(statistics)
         self._state, self._after = self._after, self._state
         self._account.note(statistics, self.time)
         self._steps += 1
@@ -166,6 +156,26 @@ class Simulation:
         log.residuals.append(statistics.residual)
         log.signorini = max(log.signorini, statistics.signorini)
         log.coulomb = max(log.coulomb, statistics.coulomb)
+
+    def _refuse_nonsense(self, statistics: StepStatistics) -> None:
+        """Stop a run whose step is not finite, too far away, or has its momentum from nowhere."""
+        options, what = self.model.options, None
+        if not statistics.finite:
+            what = "numbers stopped being finite"
+        elif not statistics.resolved:
+            what = f"nodes are too far away for {options.precision} to tell them apart"
+        elif not statistics.settled and self._account.has_diverged(self._stepper.account()):
+            what = "a linear solve diverged, and more momentum came from nowhere than from forces"
+        if what is None:
+            return
+        self._status = "not finite"
+        other = " or precision float64" if options.precision == "float32" else ""
+        raise NotFiniteError(
+            f"{what} at step {self._steps} ({self.time:.4f} s) of {self.name!r}; "
+            f"try a smaller time_step than {options.time_step:g} s{other}",
+            step=self._steps,
+            time=self.time,
+        )
 
     def interrupt(self) -> None:
         """Note that the run was broken off by the user."""
