@@ -63,7 +63,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     freedom_of, coulomb_violation, choose = law.freedom_of, law.coulomb_violation, law.choose
     stages = make_stages(precision, subject)
     stage_of, braked, next_stage = stages.stage_of, stages.braked, stages.next_stage
-    first_to_let_go, picard_passes = stages.first_to_let_go, wp.constant(PICARD_PASSES)
+    picard_passes = wp.constant(PICARD_PASSES)
     normals_stage, friction_stage = wp.constant(NORMALS), wp.constant(FRICTION)
     let_go, pressed = wp.constant(LET_GO), wp.constant(PRESSED)
     inner = wp.constant(scalar(law.inner_radius))
@@ -234,7 +234,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
                 force = friction_forces[i]
                 stiffness = slip_stiffness[i]
             elif stage == let_go:
-                first = counters[PASSES] == first_to_let_go(max_passes)
+                first = counters[PASSES] == max_passes
                 next_mode, unsettled, stiffness = braked(
                     mode, n, friction, sliding, inner * bound, weight, first, slip_stiffness[i],
                     tolerances,

@@ -34,7 +34,7 @@ ALL_PASSES = 12
 """Passes of the first stage."""
 
 LET_GO_PASSES = 10
-"""Passes kept for the last stage, at most a third of all."""
+"""Passes of the last stage, beyond those that modes may be sought in."""
 
 PICARD_PASSES = NEWTON_PASSES
 """What the laws of friction are told in the second stage: their rules of this pass."""
@@ -45,7 +45,7 @@ PRESSED = 2
 
 @cache
 def make_stages(precision: str, subject: str) -> SimpleNamespace:
-    """Functions ``stage_of``, ``first_to_let_go``, ``braked`` and ``next_stage``."""
+    """Functions ``stage_of``, ``braked`` and ``next_stage``."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
@@ -55,12 +55,8 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
     friction_stage, let_go = wp.constant(FRICTION), wp.constant(LET_GO)
 
     @func
-    def first_to_let_go(max_passes: int):
-        return max_passes - wp.min(let_go_passes, max_passes / 3)
-
-    @func
     def stage_at(passes: int, friction_next: int, max_passes: int):
-        if passes >= first_to_let_go(max_passes):
+        if passes >= max_passes:
             return let_go
         if passes < all_passes:
             return all_stage
@@ -112,7 +108,8 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         stage = stage_of(counters, max_passes)
         passes = counters[PASSES] + 1
         counters[PASSES] = passes
-        counters[CHANGED] = total
+        # what ends in the last stage is safe, but has not settled
+        counters[CHANGED] = wp.where(stage == let_go, wp.max(total, 1), total)
         unsettled = total > 0 or counters[stopping.LOOSE] != 0
         friction_next = int(0)
         if stage == normals and normals_changed == 0:
@@ -121,10 +118,9 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         if stage == all_stage and passes == all_passes:
             friction_next = 1
         counters[FRICTION_NEXT] = friction_next
-        counters[AGAIN] = wp.where(unsettled and passes < max_passes, 1, 0)
+        within = passes < max_passes + let_go_passes
+        counters[AGAIN] = wp.where(unsettled and within, 1, 0)
         later = stage_at(passes, friction_next, max_passes)
         counters[stopping.LOOSE] = wp.where(total > 0 and later == all_stage, 1, 0)
 
-    return SimpleNamespace(
-        first_to_let_go=first_to_let_go, stage_of=stage_of, braked=braked, next_stage=next_stage
-    )
+    return SimpleNamespace(stage_of=stage_of, braked=braked, next_stage=next_stage)

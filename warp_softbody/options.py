@@ -47,7 +47,8 @@ class SimulationOptions:
             at 1e-5 in float32 and 1e-6 in float64; in controlled scenes always at these.
         max_iterations: of conjugate gradients in one pass; a solve that needs more is counted as
             not converged.
-        max_contact_passes: active-set passes of one step.
+        max_contact_passes: active-set passes of one step in which contact modes are sought; where
+            they have not settled then, up to ten more only let nodes go (docs/contact.md).
         bridge_tolerance: relative residual of the controller's block solve.
         recovery_speed: largest speed, m/s, at which a sunken node is pushed out.
         sleep: whether steps are left out while all bodies are at rest and nothing acts on them.
@@ -63,7 +64,7 @@ class SimulationOptions:
     threads: int = 1
     tolerance: float | None = None
     max_iterations: int = 400
-    max_contact_passes: int = 60
+    max_contact_passes: int = 50
     bridge_tolerance: float = 1e-3
     recovery_speed: float = 0.5
     sleep: bool = True

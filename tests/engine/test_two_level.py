@@ -20,6 +20,7 @@ from tests.engine.test_elimination import (
 from tests.verification import reference
 from warp_softbody import model as model_module
 from warp_softbody.aggregation import REGULARISATION
+from warp_softbody.kernels.factorisation import PIVOT_MARGIN
 from warp_softbody.options import Precision
 from warp_softbody.preconditioner import TwoLevel
 
@@ -91,6 +92,11 @@ def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
     rest = np.zeros((2 * coarse.count, 3, 2 * coarse.count, 3))
     rows = np.repeat(np.arange(2 * coarse.count), np.diff(coarse.pattern.row_start))
     rest[rows, :, coarse.pattern.column, :] = body.model.coarse_values
+    own = np.arange(2 * coarse.count)
+    traces = np.einsum("iaia->i", rest)[:, None] / 3.0
+    rounding = PIVOT_MARGIN * epsilon(body.model.options.precision)  # type: ignore[arg-type]
+    for axis in range(3):
+        rest[own, axis, own, axis] += rounding * traces[:, 0]
     identity = np.eye(3 * n)
     z = np.linalg.inv(lower)
     correction = motions @ np.linalg.inv(rest.reshape(6 * coarse.count, -1)) @ motions.T

@@ -115,8 +115,9 @@ def test_what_a_pass_too_few_leaves_is_reported(cone: Cone) -> None:
     body.place(velocities=(1.0, 0.0, -1.0))
     statistics = body.step()
     assert not statistics.contact_converged
-    # every node of the base falls on: its block times 1 m/s over dt, far above the weight
-    assert statistics.signorini > body.masses.sum() * G / 25
+    # friction is not what the impulses of a landing at 1 m/s ask for
+    assert max(statistics.signorini, statistics.coulomb) > body.masses.sum() * G / 25
+    assert statistics.worst_node >= 0
     settled = cube(0.0, 1e5, 0.02, 0.01, cone=cone)
     settled.step(100)
     rest = settled.statistics
