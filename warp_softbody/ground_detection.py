@@ -52,7 +52,7 @@ class PlaneDetection:
         self._model = model
         self._kernel = make_ground_plane(model.options.precision).detect
         self._normal = model.array([plane.normal], types.vec3)
-        self._plane = model.array([plane.offset, model.options.recovery_speed], types.scalar)
+        self._plane = model.array([plane.offset, model.recovery_speed], types.scalar)
 
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
         """See `Detection`."""
@@ -70,7 +70,7 @@ class HeightDetection:
         self._model = model
         self._kernel = make_ground_heights(model.options.precision).detect
         self._heights = model.array(ground.heights, types.scalar)
-        grid = [*ground.origin, *ground.spacing, model.options.recovery_speed]
+        grid = [*ground.origin, *ground.spacing, model.recovery_speed]
         self._grid = model.array(grid, types.scalar)
 
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
@@ -100,7 +100,7 @@ class TriangleDetection:
             model.array(features.faces, types.vec3),
             model.array(features.edges, types.vec3),
             model.array(features.vertices, types.vec3),
-            model.array([size, model.options.recovery_speed], types.scalar),
+            model.array([size, model.recovery_speed], types.scalar),
         ]
 
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:

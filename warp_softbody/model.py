@@ -13,7 +13,13 @@ from warp_softbody.character import Character
 from warp_softbody.elimination import Elimination, build_elimination
 from warp_softbody.errors import InputError
 from warp_softbody.kernels.precision import Real, real
-from warp_softbody.model_arrays import Allocator, MaterialPart, device_arrays, material_parts
+from warp_softbody.model_arrays import (
+    Allocator,
+    MaterialPart,
+    device_arrays,
+    material_parts,
+    speed_share,
+)
 from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout, join_layouts
 from warp_softbody.options import SimulationOptions
 from warp_softbody.precision_choice import with_precision
@@ -28,6 +34,9 @@ CHUNKS = 64
 
 MOST_FACTOR_BLOCKS = 12_000
 """Blocks of a body's factor beyond which two levels cost less than it, by measurement."""
+
+RECOVERY_SPEED = 0.5
+"""Speed, m/s, at which a sunken node of a body of a metre is pushed out."""
 
 LARGEST_FACTOR = 1000
 """Nodes beyond which no factor has so few blocks."""
@@ -121,6 +130,17 @@ class Model:
             lame[part.edges] = material.lame_mu, material.lame_lambda
             lame[part.edges] *= part.stiffness_factor
         return masses, lame
+
+    @property
+    def speed_share(self) -> float:
+        """What speeds count for small bodies, of those that do for a metre on Earth; at most 1."""
+        return speed_share(self.scene)
+
+    @property
+    def recovery_speed(self) -> float:
+        """Largest speed at which a sunken node is pushed out, m/s."""
+        asked = self.options.recovery_speed
+        return RECOVERY_SPEED * self.speed_share if asked is None else asked
 
     @property
     def chunk(self) -> int:

@@ -27,6 +27,19 @@ Arrays = dict[str, Any]
 SLOWEST_SLIDING = 1e-8
 """Speed, m/s, below which nothing slides, however stiff."""
 
+STILL = 1e-5
+"""Speed, m/s, off the ground or along it, that counts as none."""
+
+EARTH = 9.81
+"""Gravity, m/s^2, with which a body of a metre moves at the speeds that tolerances are made for."""
+
+
+def speed_share(scene: Scene) -> float:
+    """Speeds of a scene's smallest body, sqrt(g size), of those of a metre on Earth; at most 1."""
+    sizes = [np.linalg.norm(np.ptp(c.mesh.points, axis=0)) for c in scene.characters]
+    gravity = float(np.linalg.norm(scene.gravity)) or EARTH
+    return float(min(1.0, np.sqrt(gravity * min(sizes) / EARTH)))
+
 
 @dataclass(frozen=True)
 class Allocator:
@@ -212,19 +225,20 @@ def _surface_arrays(
     """The nodes that may touch, and what counts as zero there."""
     nodes = scene.whole.mesh.surface_nodes
     starts = [0, *(part.nodes.stop for part in scene.parts)]
-    # a millionth of the weight's impulse, and 0.01 mm/s off what is touched
+    # a millionth of the weight's impulse, and 0.01 mm/s off what is touched for bodies of a metre
     weight = float(masses.sum()) * float(np.linalg.norm(scene.gravity))
     impulse = 1e-6 * weight * dt
     # along it, the speed that a node's own block answers with twenty of these impulses: a stiff
     # body's friction changes much while its nodes hardly move
-    speed = 1e-5
+    share = speed_share(scene)
+    still = speed = STILL * share
     if weight > 0.0:
         largest = _largest_block(scene.whole.mesh, masses, materials)
-        speed = min(speed, max(SLOWEST_SLIDING, 20.0 * impulse / largest))
+        speed = min(speed, max(SLOWEST_SLIDING * share, 20.0 * impulse / largest))
     return {
         "surface_nodes": make.array(nodes, wp.int32),
         "contact_start": make.array(np.searchsorted(nodes, starts).astype(np.int32), wp.int32),
-        "contact_tolerances": make.array([impulse, 1e-5, 5e-2, speed], make.types.scalar),
+        "contact_tolerances": make.array([impulse, still, 5e-2, speed], make.types.scalar),
     }
 
 

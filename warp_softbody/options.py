@@ -50,7 +50,8 @@ class SimulationOptions:
         max_contact_passes: active-set passes of one step in which contact modes are sought; where
             they have not settled then, up to ten more only let nodes go (docs/contact.md).
         bridge_tolerance: relative residual of the controller's block solve.
-        recovery_speed: largest speed, m/s, at which a sunken node is pushed out.
+        recovery_speed: largest speed, m/s, at which a sunken node is pushed out; None for 0.5 m/s,
+            less in proportion for bodies smaller than a metre (`Model.speed_share`).
         sleep: whether steps are left out while all bodies are at rest and nothing acts on them.
     """
 
@@ -66,7 +67,7 @@ class SimulationOptions:
     max_iterations: int = 400
     max_contact_passes: int = 50
     bridge_tolerance: float = 1e-3
-    recovery_speed: float = 0.5
+    recovery_speed: float | None = None
     sleep: bool = True
 
     def __post_init__(self) -> None:

@@ -62,7 +62,7 @@ class PairDetection:
         nodes, count = model.arrays["surface_nodes"], len(mesh.surface_nodes)
         bodies = model.array(body, wp.int32)
         depth = (DEEPEST if scene.others else DEEPEST_OF_ITSELF) * edge
-        lengths = model.array([edge, model.options.recovery_speed, depth], types.scalar)
+        lengths = model.array([edge, model.recovery_speed, depth], types.scalar)
         step = model.arrays["step_factors"]
         self._faces = model.array(surface, wp.vec3i)
         self._normals = model.zeros(len(surface), types.vec3)

@@ -81,7 +81,8 @@ class Simulation:
         self._planned = ContactSample()
         self._snapshots = Snapshots(self.model)
         self._pushed = False
-        self._sleep = Sleep(step, allowed=options.sleep)
+        share = self.model.speed_share
+        self._sleep = Sleep(step, allowed=options.sleep, speed_share=share)
         self._steps = 0
         self._frames = 0
         self._wall = 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 STILL_SPEED = 2e-5
-"""Speed, m/s, that nothing may exceed; rounding in single precision leaves 5e-6 at rest."""
+"""Speed, m/s, that nothing of a metre may exceed; rounding in single precision leaves 5e-6."""
 
 STILL_SECONDS = 0.25
 """How long, s. A mode of period T that is this slow this long has an amplitude of at most some
@@ -20,8 +20,9 @@ class Sleep:
         slept: steps left out so far.
     """
 
-    def __init__(self, time_step: float, *, allowed: bool) -> None:
-        """Watch a run of a time step, s; never asleep unless allowed."""
+    def __init__(self, time_step: float, *, allowed: bool, speed_share: float = 1.0) -> None:
+        """Watch a run of a time step, s, with bodies of a `Model.speed_share`, if allowed."""
+        self._still_speed = STILL_SPEED * speed_share
         self._needed = max(2, math.ceil(STILL_SECONDS / time_step))
         self._allowed = allowed
         self._still = 0
@@ -34,7 +35,7 @@ class Sleep:
 
     def note(self, fastest: float, *, acted: bool) -> None:
         """Note a step's largest speed, m/s, and whether muscles or pushes acted in it."""
-        self._still = self._still + 1 if fastest < STILL_SPEED and not acted else 0
+        self._still = self._still + 1 if fastest < self._still_speed and not acted else 0
 
     def skip(self) -> None:
         """Note a step left out."""

@@ -94,7 +94,7 @@ def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
     rest[rows, :, coarse.pattern.column, :] = body.model.coarse_values
     own = np.arange(2 * coarse.count)
     traces = np.einsum("iaia->i", rest)[:, None] / 3.0
-    rounding = PIVOT_MARGIN * epsilon(body.model.options.precision)  # type: ignore[arg-type]
+    rounding = PIVOT_MARGIN * epsilon(body.model.options.precision)
     for axis in range(3):
         rest[own, axis, own, axis] += rounding * traces[:, 0]
     identity = np.eye(3 * n)
