@@ -12,6 +12,7 @@ import numpy.typing as npt
 from benchmarks.stability_measures import Accuracy, Probe, Sample
 from benchmarks.stability_starts import Begin
 from warp_softbody import Character, Plane, Scene, SimulationOptions, Stepper, build_model
+from warp_softbody.precision_choice import with_precision
 from warp_softbody.state import Contacts, Control, State
 
 FloatArray = npt.NDArray[np.float64]
@@ -81,9 +82,10 @@ class OurBody:
         """Build the model under options and put the body where it starts."""
         self.character = setting.make()
         options = SimulationOptions(**{"time_step": setting.time_step, **overrides})
+        scene = Scene(character=self.character, ground=setting.ground, gravity=setting.gravity)
+        options = with_precision(options, scene)
         # what energy and spin may do is derived from a tolerance
         options = replace(options, tolerance=options.solver_tolerance)
-        scene = Scene(character=self.character, ground=setting.ground, gravity=setting.gravity)
         self.probe = Probe(self.character, setting.gravity)
         self.accuracy = Accuracy(
             time_step=options.time_step,

@@ -15,12 +15,14 @@ from benchmarks.stability_peers import MUJOCO
 from benchmarks.stability_runs import Run, run
 from benchmarks.stability_stops import STOPS, Stop
 
+SINGLE: dict[str, Any] = {"precision": "float32"}
+
 CONFIGURATIONS: dict[str, dict[str, Any]] = {
-    "default float32": {},
+    "default float32": SINGLE,
     "default float64": {"precision": "float64"},
-    "conserving float32": {"tangent": "conserving"},
-    "exact float32": {"tangent": "exact"},
-    "smoothed float32": {"elements": "smoothed"},
+    "conserving float32": {**SINGLE, "tangent": "conserving"},
+    "exact float32": {**SINGLE, "tangent": "exact"},
+    "smoothed float32": {**SINGLE, "elements": "smoothed"},
 }
 """Options by the name of their column."""
 
