@@ -33,7 +33,7 @@ LET_GO = 3
 ALL_PASSES = 12
 """Passes of the first stage."""
 
-LET_GO_PASSES = 10
+LET_GO_PASSES = 20
 """Passes of the last stage, beyond those that modes may be sought in."""
 
 PICARD_PASSES = NEWTON_PASSES

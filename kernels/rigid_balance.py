@@ -1,13 +1,19 @@
-"""Momentum of bodies that are free to move: what solver and rounding leave over, given back.
+"""Momenta of bodies that are free to move: what solver and rounding leave over, given back.
 
 The elastic and muscle forces of a body have no net force. So along every direction in which nothing
 holds a body, its momentum changes by gravity, outer forces and friction alone, whatever the linear
 solve leaves in its residual and whatever rounding does to velocities. A translation is in the null
 space of K; adding ``c = (sum of M~)^-1 (what is missing)`` to all velocities of a body is therefore
-the exact correction on that part of the solution, in the energy norm the best one. What the
-rounding of velocities then still takes is carried to the next step.
+the exact correction on that part of the solution, in the energy norm the best one.
 
-Bodies that touch each other form a group: inside it impulses are opposite and equal.
+They have no net torque either, and where nothing at all touches a body the same holds of its
+angular momentum about its centre of mass, with the positions at the start of the step as arms
+(``x+ x v+ = x x v+``, since ``x+ = x + dt v+``). The correction is a turn. The conserving tangent
+annihilates turns; the others do not where the body is strained, and what they take from its spin is
+an error of theirs that is mended here.
+
+What the rounding of velocities then still takes is carried to the next step. Bodies that touch each
+other form a group: inside it impulses are opposite and equal.
 """
 
 from functools import cache
@@ -34,6 +40,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
     free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
     lift = wp.constant(LIFT)
     vec3d, mat33d = wp.vec3d, wp.mat33d
+    least_inertia = wp.constant(wp.float64(1e-12))
     least_square = wp.constant(wp.float64(LEAST_ANGLE * LEAST_ANGLE))
 
     @func
@@ -47,10 +54,6 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
             wide(vec3(m[1, 0], m[1, 1], m[1, 2])),
             wide(vec3(m[2, 0], m[2, 1], m[2, 2])),
         )
-
-    @func
-    def sum_of_sizes(v: vec3d):
-        return wp.abs(v[0]) + wp.abs(v[1]) + wp.abs(v[2])
 
     @func
     def body_of(node: int, node_start: wp.array(dtype=int)):
@@ -102,6 +105,11 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                             return mat33d()
         return projector
 
+    @func
+    def inertia_of(arm: vec3d, mass: wp.float64):
+        identity = wp.identity(n=3, dtype=wp.float64)
+        return mass * (wp.length_sq(arm) * identity - wp.outer(arm, arm))
+
     @kernel
     def balance(
         # model
@@ -111,7 +119,9 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         damped_masses: wp.array(dtype=scalar),
         gravity: wp.array(dtype=vec3),
         step_factors: wp.array(dtype=scalar),
+        turns: int,
         # in
+        positions: wp.array(dtype=vec3),
         kinds: wp.array(dtype=int),
         axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
@@ -123,58 +133,84 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         change: wp.array(dtype=vec3),
         # out
         carry: wp.array(dtype=vec3d),
-        leaks: wp.array(dtype=wp.float64),
     ):
-        # one thread a group, the one of its first body; sums in double precision
+        # one thread a group, the one of its first body; sums in double precision; ``turns``:
+        # whether angular momentum is balanced too. Of a body the carries of both stand side by side
         group = wp.tid()
-        carry[group] = vec3d()
-        leaks[group] = wp.float64(0.0)
+        carry[2 * group] = vec3d()
+        carry[2 * group + 1] = vec3d()
         if groups[group] != group:
             return
         projector = directions_left(group, node_start, groups, kinds, axes)
         if wp.trace(projector) < wp.float64(0.5):
             return
         missing = vec3d()
+        turning = vec3d()
         answer = mat33d()
+        center = vec3d()
         mass = wp.float64(0.0)
-        size = wp.float64(0.0)
         fall = wp.float64(step_factors[0]) * wide(gravity[0])
+        # moments about a point of the body, where sums lose no digits
+        pivot = wide(positions[node_start[group]])
+        moments = mat33d()
         for body in range(groups.shape[0]):
             if groups[body] == group:
-                missing += carried[body]
+                missing += carried[2 * body]
+                turning += carried[2 * body + 1]
                 for i in range(node_start[body], node_start[body + 1]):
                     m = wp.float64(masses[i])
                     damped = wp.float64(damped_masses[i])
                     old = wide(before[i])
-                    given = m * fall + wide(outer_impulses[i])
-                    size += sum_of_sizes(given) + m * sum_of_sizes(old)
-                    missing += given - damped * wide(change[i]) - (damped - m) * old
+                    own = m * fall + wide(outer_impulses[i])
+                    own -= damped * wide(change[i]) + (damped - m) * old
                     mass += damped
+                    missing += own
+                    if turns != 0:
+                        arm = wide(positions[i]) - pivot
+                        center += damped * arm
+                        turning += wp.cross(arm, own)
+                        moments += inertia_of(arm, damped)
                     if kinds[i] != free:
                         slip = slip_stiffness[i]
                         missing += wide(friction_forces[i] - slip * (before[i] + change[i]))
                         answer += wide_block(slip)
+        whole = missing
         missing = projector * missing
         answer += mass * wp.identity(n=3, dtype=wp.float64)
         # all of the mass in the directions that are held, so that there is an inverse
         beside = wp.identity(n=3, dtype=wp.float64) - projector
         inner = projector * answer * projector + wp.trace(answer) * beside
         shift = projector * (wp.inverse(inner) * missing)
-        if size > wp.float64(0.0):
-            leaks[group] = wp.length(missing) / size
+        turn = vec3d()
+        center = center / mass
+        free_to_turn = turns != 0 and wp.trace(projector) > wp.float64(2.5)
+        if free_to_turn:
+            # about the centre of mass; a body of one line of nodes has no inertia about it
+            turning -= wp.cross(center, whole)
+            moments -= inertia_of(center, mass)
+            moments += (least_inertia * wp.trace(moments)) * wp.identity(n=3, dtype=wp.float64)
+            if wp.trace(moments) > wp.float64(0.0):
+                turn = wp.inverse(moments) * turning
         taken = vec3d()
+        turned = vec3d()
         for body in range(groups.shape[0]):
             if groups[body] == group:
                 for i in range(node_start[body], node_start[body + 1]):
-                    new = wide(change[i]) + shift
+                    arm = wide(positions[i]) - pivot - center
+                    new = wide(change[i]) + shift + wp.cross(turn, arm)
                     # the velocity after the step, as it will be rounded
                     last = before[i] + vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
                     gained = wide(last) - wide(before[i]) - wide(change[i])
                     change[i] = vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
-                    taken += wp.float64(damped_masses[i]) * gained
+                    impulse = wp.float64(damped_masses[i]) * gained
+                    taken += impulse
+                    if free_to_turn:
+                        turned += wp.cross(arm, impulse)
                     if kinds[i] != free:
                         taken += wide_block(slip_stiffness[i]) * gained
-        carry[group] = projector * (missing - taken)
+        carry[2 * group] = projector * (missing - taken)
+        if free_to_turn:
+            carry[2 * group + 1] = turning - turned
 
     @kernel
     def join_touching(

@@ -38,7 +38,7 @@ class ContactResolution:
         accountant: keeps the account of all steps.
         start: (n,) vec3 m/s, the change that the step's first solve starts from.
         change: (n,) vec3 m/s, what the step adds to the velocities.
-        carry: (bodies,) vec3d N s, momentum that rounding keeps velocities from taking.
+        carry: (2 bodies,) vec3d, momenta that rounding keeps velocities from taking.
         preconditioner: of the solves.
     """
 
@@ -51,8 +51,7 @@ class ContactResolution:
         self._rigid_balance = make_rigid_balance(model.options.precision)
         bodies = len(model.scene.parts)
         self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
-        self._leaks = model.zeros(bodies, wp.float64)
-        self.carry = model.zeros(bodies, wp.vec3d)
+        self.carry = model.zeros(2 * bodies, wp.vec3d)
         self._ends = make_contact_ends(model.options.precision)
         self._detection = make_detection(model)
         self.right = model.zeros(n, types.vec3)
@@ -162,17 +161,18 @@ class ContactResolution:
         self._launch(self._ends.add_up, self._model.node_count, inputs, [self._velocities])
 
     def _launch_balance(self, state: State, contacts: Contacts) -> None:
-        """Launch what gives bodies back the momentum that the solve left over."""
+        """Launch what gives bodies back the momenta that the solve left over."""
         a, solver, k = self._model.arrays, self._solver, self._rigid_balance
         if self._pairs is not None and contacts.pairs is not None:
             inputs = [a["body_start"], a["surface_nodes"]]
             inputs += [self._pairs.corners, contacts.pairs.modes]
             self._launch(k.join_touching, 1, inputs, [self._groups])
         inputs = [a["body_start"], self._groups, a["mass"], a["damped_mass"], a["gravity"]]
-        inputs += [a["step_factors"], solver.kinds, solver.axes, contacts.slip_stiffness]
+        # Newton's method has other arms in every iteration
+        inputs += [a["step_factors"], int(self._model.options.newton_iterations == 1)]
+        inputs += [state.positions, solver.kinds, solver.axes, contacts.slip_stiffness]
         inputs += [contacts.friction_forces, self.outer_impulses, self.before, state.carry]
-        outputs = [self.change, self.carry, self._leaks]
-        self._launch(k.balance, len(self._leaks), inputs, outputs)
+        self._launch(k.balance, len(self._groups), inputs, [self.change, self.carry])
 
     def _launch_update(self, contacts: Contacts) -> None:
         m, solver = self._model, self._solver

@@ -48,7 +48,7 @@ class SimulationOptions:
         max_iterations: of conjugate gradients in one pass; a solve that needs more is counted as
             not converged.
         max_contact_passes: active-set passes of one step in which contact modes are sought; where
-            they have not settled then, up to ten more only let nodes go (docs/contact.md).
+            they have not settled then, up to twenty more only let nodes go (docs/contact.md).
         bridge_tolerance: relative residual of the controller's block solve.
         recovery_speed: largest speed, m/s, at which a sunken node is pushed out; None for 0.5 m/s,
             less in proportion for bodies smaller than a metre (`Model.speed_share`).

@@ -23,7 +23,8 @@ class State:
         velocities: (n,) vec3 m/s.
         increments: (n,) vec3 m/s, what the last step added to the velocities: where the next
             step's solve starts from, and what it takes its time error from.
-        carry: (bodies,) vec3d N s, momentum that rounding has kept the velocities from taking.
+        carry: (2 bodies,) vec3d, momentum, N s, and angular momentum about the centre of mass,
+            N m s, that rounding has kept the velocities of each body from taking.
     """
 
     positions: Any
@@ -44,7 +45,7 @@ class State:
             model.array(points, model.types.vec3),
             model.array(velocity, model.types.vec3),
             model.zeros(model.node_count, model.types.vec3),
-            model.zeros(len(scene.parts), wp.vec3d),
+            model.zeros(2 * len(scene.parts), wp.vec3d),
         )
 
 

@@ -110,12 +110,10 @@ def turning_bar(
 
 @pytest.mark.parametrize("stretched", [True, False], ids=["stretched", "contracting"])
 def test_momentum_of_a_turning_body_is_kept(stretched: bool) -> None:
-    """Linear momentum to the solver's residual, angular momentum to first order in dt."""
-    runs = [turning_bar(steps, stretched) for steps in (100, 200, 400)]
-    errors = [run[0] for run in runs]
-    np.testing.assert_allclose(rates(errors), 1.0, atol=0.1)
-    assert errors[0] < 0.01
-    for _, body in runs:
+    """Linear and angular momentum to rounding, whatever the step."""
+    runs = [turning_bar(steps, stretched) for steps in (25, 100, 400)]
+    for change, body in runs:
+        assert change < 1e-11
         np.testing.assert_allclose(body.momentum, 0.0, atol=1e-10)
     if not stretched:
         # and the muscles do contract
@@ -133,68 +131,9 @@ def test_conserving_tangent_keeps_angular_momentum(stretched: bool, damping: flo
         np.testing.assert_allclose(body.momentum, 0.0, atol=1e-10)
 
 
+@pytest.mark.parametrize("tangent", ["warped", "exact"])
 @pytest.mark.parametrize("stretched", [True, False], ids=["stretched", "contracting"])
-def test_warped_stiffness_damping_turns_a_strained_body(stretched: bool) -> None:
-    """The known price of the cheaper matrix (docs/architecture.md): a few percent in 0.1 s here."""
-    change, _ = turning_bar(400, stretched, damping=0.02)
-    assert 0.002 < change < 0.05
-
-
-def height(body: Rig) -> float:
-    character = body.model.scene.character
-    top, base = character.region("top"), character.region("base")
-    return float(body.positions[top, 2].mean() - body.positions[base, 2].mean())
-
-
-def test_contracting_muscles_shorten_the_body() -> None:
-    """Both sides pull evenly: shorter along the fibres, thicker across, straight, in place."""
-    body = rig(muscular_bar(DAMPED), time_step=0.01, **EXACT)
-    start = body.center
-    body.activate(0.8)
-    body.step(300)
-    assert np.abs(body.velocities).max() < 1e-3
-    lengths = body.stepper.lengths.numpy() / body.model.muscles.rest_lengths
-    # equal strength and stiffness: a bar of E = S / 2 would meet the muscles half way
-    assert 0.80 < lengths.min() < lengths.max() < 0.95
-    assert height(body) < 0.95 * 0.6
-    spans = np.ptp(body.positions, axis=0)
-    assert (spans[:2] > 0.2).all()
-    np.testing.assert_allclose(body.center, start, atol=1e-9)
-
-
-def test_one_sided_contraction_bends_towards_the_muscle() -> None:
-    body = rig(muscular_bar(DAMPED), time_step=0.01, **EXACT)
-    body.activate(np.where(np.arange(12) < 6, 0.8, 3.0))
-    body.step(200)
-    character = body.model.scene.character
-    top, base = character.region("top"), character.region("base")
-    middle = np.flatnonzero(np.abs(character.mesh.points[:, 2] - 0.3) < 1e-9)
-    ends = 0.5 * (body.positions[top].mean(axis=0) + body.positions[base].mean(axis=0))
-    # the left fibre is at smaller x, so the ends turn that way and the middle bulges the other way
-    assert body.positions[middle].mean(axis=0)[0] - ends[0] > 0.01
-
-
-def test_slack_muscles_do_nothing() -> None:
-    """A bar with slack muscles moves bit for bit like one without."""
-    character = muscular_bar(DAMPED)
-    bare = rig(character.mesh, material=DAMPED, time_step=0.005, gravity=GRAVITY)
-    slack = rig(character, time_step=0.005, gravity=GRAVITY)
-    for body in (bare, slack):
-        body.place(velocities=shaken_bar())
-        body.step(30)
-    np.testing.assert_array_equal(bare.positions, slack.positions)
-
-
-def test_muscles_never_push() -> None:
-    """A squeezed bar springs back alike with muscles at their rest length and with none."""
-    character = muscular_bar(DAMPED)
-    squeezed = character.mesh.points * np.array([1.0, 1.0, 0.8])
-    ends = []
-    for activation in (None, 1.0):
-        body = rig(character, time_step=0.002, **EXACT)
-        body.place(squeezed)
-        body.activate(activation)
-        body.step()
-        ends.append(body.velocities)
-    np.testing.assert_array_equal(ends[0], ends[1])
-    assert ends[0][:, 2].max() > 0.1
+def test_stiffness_damping_does_not_turn_a_strained_body(stretched: bool, tangent: Tangent) -> None:
+    """The matrices of these tangents would: by a few percent in 0.1 s, were it not given back."""
+    change, _ = turning_bar(100, stretched, 0.02, tangent)
+    assert change < 1e-11
