@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from warp_softbody.errors import InputError
 from warp_softbody.mesh import TetMesh
+from warp_softbody.mesh_checks import clean_arrays
 from warp_softbody.meshing import ftetwild_mesher, tetgen_mesher
 from warp_softbody.meshing.check import check_against_surface
 from warp_softbody.meshing.surface import Surface, load_surface
@@ -54,6 +55,7 @@ def tetrahedralize(
     else:
         points, tets = ftetwild_mesher.mesh_with_ftetwild(closed, target)
         envelope = ftetwild_mesher.ENVELOPE
-    mesh = TetMesh.from_arrays(points, tets, source=closed.source, allow_parts=True)
+    clean = clean_arrays(points, tets, source=closed.source, allow_parts=True)
+    mesh = TetMesh(clean.points, clean.tets)
     check_against_surface(mesh, closed, mesher=mesher, envelope=envelope)
     return mesh

@@ -1,0 +1,88 @@
+"""What a tet file declares of its own size, compared with what was read of it.
+
+Some readers take half a file without a word, and formats without counts do not show that a line is
+missing, except by a gap in the numbers of the cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from warp_softbody.mesh_formats import counted, numbered
+from warp_softbody.mesh_formats.contents import ReadingFailed
+from warp_softbody.mesh_formats.declaration import Declaration
+
+DECLARATIONS = {
+    "abaqus": numbered.abaqus,
+    "ansys": counted.ansys,
+    "avsucd": counted.avsucd,
+    "dolfin-xml": counted.dolfin,
+    "flac3d": numbered.flac3d,
+    "gmsh": counted.gmsh,
+    "mdpa": numbered.mdpa,
+    "medit": counted.medit,
+    "nastran": numbered.nastran,
+    "netgen": counted.netgen,
+    "permas": numbered.permas,
+    "su2": counted.su2,
+    "tecplot": counted.tecplot,
+    "tetgen": counted.tetgen,
+    "ugrid": counted.ugrid,
+    "vtk": counted.vtk,
+    "vtu": counted.vtu,
+    "xdmf": counted.xdmf,
+}
+"""By meshio's name of the format; the others are containers whose arrays carry their sizes."""
+
+
+def compare(path: Path, file_format: str, points: int, cells: Mapping[str, int]) -> list[str]:
+    """Sentences on cells whose numbers are missing or stand twice.
+
+    Args:
+        path: the file.
+        file_format: meshio's name of its format.
+        points: how many were read.
+        cells: how many of each kind were read.
+
+    Raises:
+        ReadingFailed: the file declares another number of points or cells.
+    """
+    if file_format not in DECLARATIONS:
+        return []
+    try:
+        declared = DECLARATIONS[file_format](path)
+    except (ValueError, IndexError, KeyError, OverflowError) as error:
+        raise ReadingFailed(f"what it declares of its size cannot be understood: {error}") from None
+    solid = sum(n for kind, n in cells.items() if kind == "tetra")
+    for what, wanted, found in (
+        ("points", declared.points, points),
+        ("cells", declared.cells, sum(cells.values())),
+        ("solid cells", declared.solids, solid),
+    ):
+        if wanted is not None and wanted != found:
+            raise ReadingFailed(f"it declares {wanted} {what}, but {found} can be read")
+    return [note for note in map(_gap, ("points", "cells"), _numbers(declared)) if note]
+
+
+def _numbers(declared: Declaration) -> tuple[list[int], list[int]]:
+    return declared.point_numbers, declared.cell_numbers
+
+
+def _gap(what: str, numbers: list[int]) -> str:
+    """A sentence where numbers stand twice or leave some out, else an empty text."""
+    if not numbers:
+        return ""
+    distinct, times = np.unique(np.array(numbers, dtype=np.int64), return_counts=True)
+    if times.max() > 1:
+        return f"number {distinct[times > 1][0]} of its {what} stands more than once"
+    steps = np.flatnonzero(np.diff(distinct) > 1)
+    if not len(steps):
+        return ""
+    missing = int(distinct[-1] - distinct[0]) + 1 - len(distinct)
+    return (
+        f"the numbers of its {len(distinct)} {what} leave out {missing}, the first of them "
+        f"{distinct[steps[0]] + 1}: see whether {what} are missing"
+    )
