@@ -78,6 +78,8 @@ def _gap(what: str, numbers: list[int]) -> str:
     distinct, times = np.unique(np.array(numbers, dtype=np.int64), return_counts=True)
     if times.max() > 1:
         return f"number {distinct[times > 1][0]} of its {what} stands more than once"
+    if distinct[0] > 1:
+        return f"the numbers of its {what} begin at {distinct[0]}: see whether {what} are missing"
     steps = np.flatnonzero(np.diff(distinct) > 1)
     if not len(steps):
         return ""

@@ -13,6 +13,7 @@ import select
 import signal
 import struct
 import sys
+from importlib import import_module
 from pathlib import Path
 
 from warp_softbody.mesh_formats.contents import ReadingFailed, pack
@@ -24,7 +25,7 @@ IDLE = 10.0
 
 def main() -> None:
     """Answer questions, a line of JSON each, until the one who asks is gone or silent."""
-    import meshio  # noqa: F401  loaded once, for all forks
+    import_module("meshio")  # once, for all forks
 
     answers = os.dup(1)
     silence = os.open(os.devnull, os.O_RDWR)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -47,11 +48,7 @@ def run_mesher(
     Raises:
         MeshError: the mesher refused the surface, crashed or took too long.
     """
-    settings = {
-        "mesher": mesher,
-        "options": dict(options),
-        "cpu_seconds": max(1, int(timeout)) * (os.cpu_count() or 1),
-    }
+    settings = {"mesher": mesher, "options": dict(options)}
     with tempfile.TemporaryDirectory(prefix="warp_softbody_mesh_") as name:
         folder = Path(name)
         np.savez(folder / "job.npz", points=points, faces=faces, settings=json.dumps(settings))
@@ -60,7 +57,11 @@ def run_mesher(
 
 
 def _run_child(folder: Path, mesher: str, source: str, timeout: float) -> int:
-    """Run the worker and return its exit status; whatever happens here, it is gone afterwards."""
+    """Run the worker and return its exit status; whatever happens here, it is gone afterwards.
+
+    It runs in a session of its own, so that a signal to this process's group leaves it to end by
+    itself: it sees the end of its standard input and removes the folder.
+    """
     command = [sys.executable, str(WORKER), str(folder)]
     # The child finds what this process finds, though it runs in a folder of its own, because
     # fTetWild leaves a file in its working folder.
@@ -70,9 +71,10 @@ def _run_child(folder: Path, mesher: str, source: str, timeout: float) -> int:
         command,
         cwd=folder,
         env=environment,
-        stdin=subprocess.DEVNULL,
+        stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
+        start_new_session=True,
     )
     try:
         return process.wait(timeout=timeout)
@@ -83,8 +85,12 @@ def _run_child(folder: Path, mesher: str, source: str, timeout: float) -> int:
         ) from error
     finally:
         # After Ctrl-C too; `subprocess.run` would leave the child unreaped then.
-        process.kill()
-        process.wait()
+        if process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        assert process.stdin is not None
+        process.stdin.close()
 
 
 def _result(folder: Path, mesher: str, source: str, code: int) -> Arrays:

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_softbody.errors import InputError
+from warp_softbody.errors import InputError, MeshError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_checks import clean_arrays
 from warp_softbody.meshing import ftetwild_mesher, tetgen_mesher
@@ -46,6 +46,11 @@ def tetrahedralize(
         raise InputError(f"the mesh size must be finite and positive, got {size!r}")
     closed = surface if isinstance(surface, Surface) else load_surface(surface)
     target = DEFAULT_SIZE * closed.diagonal if size is None else size
+    if mesher == "tetgen" and closed.crossing:
+        raise MeshError(
+            f"{closed.source}: {closed.crossing}, which tetgen does not take; "
+            f"mend the surface or use the mesher 'ftetwild'"
+        )
     if mesher == "tetgen":
         options = tetgen_mesher.options_for_size(target)
         points, tets = tetgen_mesher.mesh_with_tetgen(
