@@ -8,6 +8,7 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
@@ -33,7 +34,7 @@ class Kind:
     name: str
     file: str
     surface: bool = False
-    options: Mapping[str, object] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -113,7 +114,7 @@ def write_body(kind: Kind, folder: Path) -> dict[str, bytes]:
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         if kind.surface:
             skin = trimesh.Trimesh(body.points, body.surface, process=True)
-            skin.export(path, **kind.options)
+            skin.export(path, **dict(kind.options))
         elif path.suffix == ".xdmf":
             path.write_text(_xdmf(body))
         else:

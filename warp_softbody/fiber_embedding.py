@@ -48,7 +48,8 @@ def embed(mesh: TetMesh, points: FloatArray, names: Sequence[str]) -> Embedding:
     corners = mesh.points[mesh.tets]
     inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
     diagonal = float(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
-    result = Embedding(points.copy(), np.zeros((len(points), 4), np.int32), np.zeros((len(points), 4)))
+    shape = (len(points), 4)
+    result = Embedding(points.copy(), np.zeros(shape, np.int32), np.zeros(shape))
     moved: dict[int, float] = {}
     for index, point in enumerate(points):
         inner = np.einsum("tij,tj->ti", inverse, point - corners[:, 0])
@@ -85,7 +86,7 @@ def _tell(moved: dict[int, float], names: Sequence[str]) -> None:
 
 
 def nearest_on_triangles(triangles: FloatArray, point: FloatArray) -> tuple[int, FloatArray]:
-    """Nearest of triangles (f, 3, 3) to a point, and the weights (3,) of the nearest place on it."""
+    """Nearest of triangles (f, 3, 3) to a point, and the weights (3,) of the place on it."""
     weights = np.stack([*_on_edges(triangles, point), _on_planes(triangles, point)])
     places = np.einsum("kfc,fcx->kfx", weights, triangles)
     distance = np.linalg.norm(places - point, axis=2)
@@ -107,11 +108,12 @@ def _on_edges(triangles: FloatArray, point: FloatArray) -> list[FloatArray]:
 
 
 def _on_planes(triangles: FloatArray, point: FloatArray) -> FloatArray:
-    """Weights (f, 3) of the foot of the perpendicular; those of the first corner if it is outside."""
+    """Weights (f, 3) of the foot of the perpendicular, or of the first corner if it is outside."""
     a, u, v = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     normal = np.cross(u, v)
     square = np.einsum("fx,fx->f", normal, normal)
     r = np.einsum("fx,fx->f", np.cross(point - a, v), normal) / square
     s = np.einsum("fx,fx->f", np.cross(u, point - a), normal) / square
     weights = np.stack([1.0 - r - s, r, s], axis=1)
-    return np.where((weights >= 0.0).all(axis=1)[:, None], weights, np.array([1.0, 0.0, 0.0]))
+    inside = np.asarray((weights >= 0.0).all(axis=1))
+    return np.where(inside[:, None], weights, np.array([1.0, 0.0, 0.0]))

@@ -86,7 +86,7 @@ def read_tets(path: Path) -> Contents:
 
 
 def _format(path: Path) -> str:
-    """meshio's name of the format of a file."""
+    """Name by which meshio knows the format of a file."""
     if path.suffix.lower() == ".msh":
         with path.open("rb") as stream:
             if stream.read(64).lstrip().startswith(b"("):

@@ -33,17 +33,14 @@ class ReadingFailed(Exception):
 
 def pack(result: Contents | str) -> bytes:
     """Bytes of the contents, or of the reason why there are none."""
-    arrays: dict[str, npt.NDArray[np.generic]] = {}
+    arrays: list[npt.NDArray[np.float64] | npt.NDArray[np.int64]] = []
     if isinstance(result, str):
         header: dict[str, object] = {"error": result}
     else:
         header = {"groups": list(result.groups), "notes": result.notes}
-        arrays = {"points": result.points, "tets": result.tets}
-        for index, numbers in enumerate(result.groups.values()):
-            arrays[f"group_{index}"] = numbers
+        arrays = [result.points, result.tets, *result.groups.values()]
     stream = io.BytesIO()
-    text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-    np.savez(stream, header=text, **arrays)
+    np.savez(stream, np.frombuffer(json.dumps(header).encode(), dtype=np.uint8), *arrays)
     return stream.getvalue()
 
 
@@ -54,8 +51,8 @@ def unpack(data: bytes) -> Contents:
         ReadingFailed: a reason was packed in their place.
     """
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-        header = json.loads(arrays["header"].tobytes())
+        header = json.loads(arrays["arr_0"].tobytes())
         if "error" in header:
             raise ReadingFailed(header["error"])
-        groups = {name: arrays[f"group_{i}"] for i, name in enumerate(header["groups"])}
-        return Contents(arrays["points"], arrays["tets"], groups, tuple(header["notes"]))
+        groups = {name: arrays[f"arr_{i}"] for i, name in enumerate(header["groups"], 3)}
+        return Contents(arrays["arr_1"], arrays["arr_2"], groups, tuple(header["notes"]))

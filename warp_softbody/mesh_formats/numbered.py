@@ -66,7 +66,7 @@ def mdpa(path: Path) -> Declaration:
 
 
 def permas(path: Path) -> Declaration:
-    """PERMAS: lines after $COOR and $ELEMENT, one of which goes on after a line that ends with !."""
+    """PERMAS: lines after $COOR and $ELEMENT, each going on after a line that ends with !."""
     points: list[int] = []
     cells: list[int] = []
     taken: list[int] | None = None

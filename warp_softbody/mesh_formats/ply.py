@@ -161,7 +161,8 @@ def _even_rows(
             length = int(np.frombuffer(body, order + one.length, 1, at)[0])
             if length < 0 or at + width + length * size > len(body):
                 return None
-            fields += [(f"n{index}", order + one.length), (f"v{index}", order + one.kind, (length,))]
+            fields.append((f"n{index}", order + one.length))
+            fields.append((f"v{index}", order + one.kind, (length,)))
             lengths.append((f"n{index}", length))
             at += width + length * size
         else:

@@ -31,6 +31,7 @@ def run_mesher(
     *,
     source: str,
     timeout: float,
+    remedy: str = "",
 ) -> Arrays:
     """Fill a closed surface with tets, in a child that Ctrl-C and the timeout end.
 
@@ -41,6 +42,7 @@ def run_mesher(
         options: keyword arguments of the mesher's own `tetrahedralize`.
         source: what the sentences call the surface.
         timeout: s.
+        remedy: what to do where the time is over; empty for a larger size.
 
     Returns:
         Points (k, 3) m and tets (m, 4), unchecked.
@@ -52,11 +54,17 @@ def run_mesher(
     with tempfile.TemporaryDirectory(prefix="warp_softbody_mesh_") as name:
         folder = Path(name)
         np.savez(folder / "job.npz", points=points, faces=faces, settings=json.dumps(settings))
-        code = _run_child(folder, mesher, source, timeout)
+        try:
+            code = _run_child(folder, timeout)
+        except subprocess.TimeoutExpired as error:
+            raise MeshError(
+                f"{source}: {mesher} did not finish in {timeout:.3g} s; "
+                + (remedy or "try a larger size or another mesher")
+            ) from error
         return _result(folder, mesher, source, code)
 
 
-def _run_child(folder: Path, mesher: str, source: str, timeout: float) -> int:
+def _run_child(folder: Path, timeout: float) -> int:
     """Run the worker and return its exit status; whatever happens here, it is gone afterwards.
 
     It runs in a session of its own, so that a signal to this process's group leaves it to end by
@@ -78,11 +86,6 @@ def _run_child(folder: Path, mesher: str, source: str, timeout: float) -> int:
     )
     try:
         return process.wait(timeout=timeout)
-    except subprocess.TimeoutExpired as error:
-        raise MeshError(
-            f"{source}: {mesher} did not finish in {timeout:g} s; "
-            f"try a larger size or another mesher"
-        ) from error
     finally:
         # After Ctrl-C too; `subprocess.run` would leave the child unreaped then.
         if process.returncode is None:

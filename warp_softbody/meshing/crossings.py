@@ -36,7 +36,7 @@ def crossing_triangles(points: FloatArray, faces: Numbers) -> tuple[Numbers, Flo
 def _pierced(
     start: FloatArray, end: FloatArray, triangle: FloatArray
 ) -> tuple[npt.NDArray[np.bool_], FloatArray]:
-    """Whether segments (k, 3) pass through triangles (k, 3, 3), and where they meet their planes."""
+    """Whether segments (k, 3) pass through triangles (k, 3, 3), and where they meet the planes."""
     a, u, v = triangle[:, 0], triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
     normal = np.cross(u, v)
     along = end - start

@@ -59,6 +59,11 @@ class Surface:
         """Length of the box's diagonal, m."""
         return float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
 
+    @property
+    def thickness(self) -> float:
+        """Twice the volume over the area, m: that of a plate, the radius of a wire."""
+        return 2.0 * self.volume / self.area
+
 
 def load_surface(surface: str | Path | trimesh.Trimesh) -> Surface:
     """Take a surface file or a trimesh surface as one closed surface.

@@ -97,7 +97,7 @@ def _check_sides(points: FloatArray, faces: Numbers, pairs: Numbers, source: str
     )
     _, label = connected_components(_graph(ends, 2 * count), directed=False)
     if (label[:count] == label[count:]).any():
-        raise MeshError(f"{source}: the surface has no outside: it is one-sided like a Moebius band")
+        raise MeshError(f"{source}: the surface is one-sided, as a Moebius band: it has no outside")
     # Of the two sets of each part, the smaller one is taken for turned.
     sizes = np.bincount(label[:count], minlength=int(label.max()) + 1)
     turned = sizes[label[:count]] < sizes[label[count:]]
