@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from warp_softbody.errors import MeshError, OutputError
+from warp_softbody.errors import MeshError, MeshWarning, OutputError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_files import WRITABLE
 
@@ -26,10 +26,12 @@ def test_round_trip(cube: TetMesh, tmp_path: Path, extension: str) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
 
 
-def test_surface_cells_beside_tets_are_ignored(cube: TetMesh, tmp_path: Path) -> None:
+def test_surface_cells_beside_tets_are_told(cube: TetMesh, tmp_path: Path) -> None:
     cells = [("triangle", cube.surface), ("tetra", cube.tets[:3]), ("tetra", cube.tets[3:])]
     meshio.Mesh(cube.points, cells).write(tmp_path / "both.vtu")
-    np.testing.assert_array_equal(TetMesh.read(tmp_path / "both.vtu").tets, cube.tets)
+    with pytest.warns(MeshWarning, match=r"both\.vtu: its 12 triangle cells are left out"):
+        mesh = TetMesh.read(tmp_path / "both.vtu")
+    np.testing.assert_array_equal(mesh.tets, cube.tets)
 
 
 @pytest.mark.parametrize(
@@ -76,6 +78,20 @@ def test_file_with_other_solids(cube: TetMesh, tmp_path: Path) -> None:
     meshio.Mesh(cube.points, cells).write(tmp_path / "mixed.vtu")
     with pytest.raises(MeshError, match="only linear tets are taken, but it holds hexahedron"):
         TetMesh.read(tmp_path / "mixed.vtu")
+
+
+def test_quadratic_cells_beside_tets_do_not_vanish(cube: TetMesh, tmp_path: Path) -> None:
+    points = np.concatenate([cube.points, np.random.default_rng(0).uniform(2, 3, (20, 3))])
+    cells = [("tetra", cube.tets), ("hexahedron20", [np.arange(8, 28)])]
+    meshio.Mesh(points, cells).write(tmp_path / "mixed.vtk")
+    with pytest.raises(MeshError, match="only linear tets are taken, but it holds hexahedron20"):
+        TetMesh.read(tmp_path / "mixed.vtk")
+
+
+def test_a_surface_file_holds_no_tets(tmp_path: Path) -> None:
+    (tmp_path / "skin.stl").write_bytes(bytes(84))
+    with pytest.raises(MeshError, match=r"a surface holds no tets; TetMesh\.from_surface"):
+        TetMesh.read(tmp_path / "skin.stl")
 
 
 def test_file_name_stands_in_sentences_about_its_arrays(cube: TetMesh, tmp_path: Path) -> None:

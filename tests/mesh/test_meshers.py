@@ -5,17 +5,20 @@ from __future__ import annotations
 import importlib.util
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from warp_softbody.errors import InputError, MeshError, MissingExtraError
+from warp_softbody.errors import InputError, MeshError, MeshWarning, MissingExtraError
 from warp_softbody.mesh import TetMesh
-from warp_softbody.meshing import child, load_surface
+from warp_softbody.meshing import child, ftetwild_mesher, load_surface
 from warp_softbody.meshing.check import check_against_surface
 
 needs_tetgen = pytest.mark.skipif(
@@ -63,7 +66,8 @@ def test_tetgen_is_repeatable(box: trimesh.Trimesh) -> None:
 @needs_tetgen
 def test_self_intersection_is_one_sentence(box: trimesh.Trimesh) -> None:
     box.vertices[0] = (2.0, 2.0, 2.0)
-    with pytest.raises(MeshError, match=r"tetgen could not mesh the surface: .*self-intersections"):
+    sentence = "triangles cross each other, .* which tetgen does not take"
+    with pytest.warns(MeshWarning), pytest.raises(MeshError, match=sentence):
         TetMesh.from_surface(box, mesher="tetgen")
 
 
@@ -164,3 +168,52 @@ def test_check_refuses_two_parts(cube: TetMesh) -> None:
     whole = load_surface(trimesh.creation.box((1.0, 1.0, 1.0)))
     with pytest.raises(MeshError, match="it made 2 separate parts of one surface"):
         check_against_surface(pair, whole, mesher="it", envelope=1e-3)
+
+
+def test_micrometres_are_metres_scaled(box: trimesh.Trimesh) -> None:
+    small = trimesh.Trimesh(1e-6 * box.vertices, box.faces, process=False)
+    mesh = TetMesh.from_surface(small, size=4e-7)
+    assert mesh.volume == pytest.approx(0.15e-18, rel=3e-3)
+    np.testing.assert_allclose(mesh.bounds, 1e-6 * box.bounds, atol=3e-9)
+
+
+def test_a_body_thinner_than_the_envelope_is_refused() -> None:
+    plate = trimesh.creation.box((1.0, 1.0, 1e-3))
+    sentence = r"only some 0\.000998 m thick, but ftetwild may move each side by 0\.00141 m; use"
+    with pytest.raises(MeshError, match=sentence):
+        TetMesh.from_surface(plate)
+
+
+def test_plate_that_takes_too_long_tells_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ftetwild_mesher, "LEAST_SECONDS", 0.5)
+    plate = trimesh.creation.box((1.0, 1.0, 3e-3))
+    sentence = r"ftetwild did not finish in .* the body is only some 0\.00298 m thick, .*'tetgen'"
+    with pytest.raises(MeshError, match=sentence):
+        TetMesh.from_surface(plate)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
+def test_whoever_ends_the_caller_ends_the_mesher(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    surface = tmp_path / "plate.stl"
+    trimesh.creation.box((1.0, 1.0, 3e-3)).export(surface)
+    spare = tmp_path / "spare"
+    spare.mkdir()
+    command = [sys.executable, "-m", "warp_softbody", "mesh", str(surface)]
+    caller = subprocess.Popen(
+        [*command, "-o", str(tmp_path / "plate.vtu")], env={**os.environ, "TMPDIR": str(spare)}
+    )
+    wait_until(lambda: bool(list(spare.glob("warp_softbody_mesh_*/job.npz"))))
+    caller.send_signal(number)
+    assert caller.wait() == -number
+    wait_until(lambda: not list(spare.iterdir()))
+    assert [entry.name for entry in sorted(tmp_path.iterdir())] == ["plate.stl", "spare"]
+
+
+def wait_until(done: Callable[[], bool]) -> None:
+    """Fail where something does not happen within half a minute."""
+    deadline = time.monotonic() + 30.0
+    while not done():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)

@@ -84,9 +84,9 @@ def load_surface(surface: str | Path | trimesh.Trimesh) -> Surface:
         given = Triangles(np.array(surface.vertices, np.float64), np.array(surface.faces, np.int64))
     _check_points(given, source)
     points, faces = _cleaned(given, source)
-    faces, crossing = check_closed(points, faces, source)
-    if crossing:
-        warnings.warn(f"{source}: {crossing}", MeshWarning, stacklevel=2)
+    faces, crossing, touching = check_closed(points, faces, source)
+    for clause in filter(None, (crossing, touching)):
+        warnings.warn(f"{source}: {clause}", MeshWarning, stacklevel=2)
     return Surface(
         points=points,
         faces=faces.astype(np.int32),

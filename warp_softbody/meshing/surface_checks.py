@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array
@@ -20,8 +22,22 @@ MOST_TESTED = 400_000
 """Triangles up to which crossings are looked for, some ten seconds of work."""
 
 
-def check_closed(points: FloatArray, faces: Numbers, source: str) -> tuple[Numbers, str]:
-    """Triangles (f, 3), turned where all were inside out, and a clause on crossings or nothing.
+class Closed(NamedTuple):
+    """A surface that encloses one volume, and what may still be wrong with it.
+
+    Attributes:
+        faces: (f, 3) triangles, turned where all were inside out.
+        crossing: a clause on triangles that cross each other, empty where none do.
+        touching: a clause on points at which the surface touches itself, empty where it does not.
+    """
+
+    faces: Numbers
+    crossing: str
+    touching: str
+
+
+def check_closed(points: FloatArray, faces: Numbers, source: str) -> Closed:
+    """Check that triangles (f, 3) over points (n, 3) m enclose one volume.
 
     Raises:
         MeshError: what keeps the surface from enclosing one volume.
@@ -42,7 +58,8 @@ def check_closed(points: FloatArray, faces: Numbers, source: str) -> tuple[Numbe
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     if abs(volume) <= FLAT * float(face_areas(points, faces).sum()) * diagonal:
         raise MeshError(f"{source}: the surface encloses no volume ({volume:.3g} m^3)")
-    return (faces if volume > 0.0 else faces[:, ::-1].copy()), crossing
+    outward = faces if volume > 0.0 else faces[:, ::-1].copy()
+    return Closed(outward, crossing, _touching(points, faces, pairs))
 
 
 def enclosed_volume(points: FloatArray, faces: Numbers) -> float:
@@ -119,6 +136,20 @@ def _crossing(points: FloatArray, faces: Numbers) -> str:
         return ""
     count = len(np.unique(pairs))
     return f"{count} of its triangles cross each other, two of them at {_place(places[0])}"
+
+
+def _touching(points: FloatArray, faces: Numbers, pairs: Numbers) -> str:
+    """A clause on points around which the triangles form more than one fan."""
+    first, second = faces[pairs[:, 0]], faces[pairs[:, 1]]
+    edge, one, other = np.nonzero(first[:, :, None] == second[:, None])
+    corners = np.stack([3 * pairs[edge, 0] + one, 3 * pairs[edge, 1] + other], axis=1)
+    _, fan = connected_components(_graph(corners, faces.size), directed=False)
+    fans = np.unique(np.stack([fan, faces.ravel()], axis=1), axis=0)
+    several = np.flatnonzero(np.bincount(fans[:, 1], minlength=len(points)) > 1)
+    if not len(several):
+        return ""
+    place = _place(points[several[0]])
+    return f"it touches itself at {len(several)} points, one of them at {place}"
 
 
 def _graph(ends: Numbers, count: int) -> coo_array:

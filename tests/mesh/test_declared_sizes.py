@@ -1,0 +1,105 @@
+"""A file that lost a line or a number is refused or told, in every format."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.fuzz_formats import KINDS, Kind, make_body, write_body
+from warp_softbody.errors import MeshError, MeshWarning
+from warp_softbody.mesh import TetMesh
+from warp_softbody.meshing import load_surface
+
+by_name = {kind.name: kind for kind in KINDS}
+# NumPy from 2.4 on refuses the mixed numbers that meshio's reader of text UGRID asks it for
+readable = [kind for kind in KINDS if kind.name != "ugrid"]
+
+
+@pytest.mark.parametrize("kind", readable, ids=lambda kind: kind.name)
+def test_the_whole_body_is_read_without_a_word(kind: Kind, tmp_path: Path) -> None:
+    write_body(kind, tmp_path / "whole")
+    body = make_body()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        if kind.surface:
+            surface = load_surface(tmp_path / "whole" / kind.file)
+            assert (len(surface.points), len(surface.faces)) == kind.sizes
+            assert surface.volume == pytest.approx(body.volume, rel=1e-6)
+        else:
+            mesh = TetMesh.read(tmp_path / "whole" / kind.file)
+            np.testing.assert_allclose(mesh.points, body.points, atol=1e-7)
+            np.testing.assert_array_equal(mesh.tets, body.tets)
+
+
+# One tet of the body, the twelfth where tets are numbered; of VTK the type of one.
+LINES = {
+    "abaqus": r"^12,.*\n",
+    "ansys_text": r"^d e 17 1a\n",
+    "avs": r"^12 .*tet.*\n",
+    "dolfin": r"^.*<tetrahedron index=\"12\".*\n",
+    "flac3d_text": r"^Z T4 12 .*\n",
+    "gmsh22_text": r"^12 4 .*\n",
+    "mdpa": r"^\s*12\s+0\s.*\n",
+    "medit_text": r"^14 15 24 27 1\n",
+    "nastran": r"^CTETRA  12 .*\n",
+    "permas": r"^12 \d+ \d+ \d+ \d+ *\n",
+    "su2": r"^10 .*\n",
+    "tetgen_ele": r"^12 .*\n",
+    "vtk42_text": r"^10\n",
+    "vtk51_text": r"^10\n",
+    "vtu_text": r"^10\n",
+}
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_a_missing_tet_is_refused_or_told(name: str, tmp_path: Path) -> None:
+    kind = by_name[name]
+    write_body(kind, tmp_path / "cut")
+    path = tmp_path / "cut" / kind.file
+    text = path.read_text()
+    shorter = re.sub(LINES[name], "", text, count=1, flags=re.MULTILINE)
+    assert len(shorter) < len(text)
+    path.write_text(shorter)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        try:
+            mesh = TetMesh.read(path)
+        except MeshError as error:
+            assert str(error).startswith(str(path)) and "\n" not in str(error)
+        else:
+            assert len(mesh.tets) == 47
+            sentence = f"{path}: the numbers of its 47 cells leave out 1, the first of them 12: "
+            assert str(told[0].message).startswith(sentence)
+
+
+def test_the_first_tet_may_be_missing_too(tmp_path: Path) -> None:
+    kind = by_name["flac3d_text"]
+    write_body(kind, tmp_path / "cut")
+    path = tmp_path / "cut" / kind.file
+    path.write_text(re.sub(r"^Z T4 1 .*\n", "", path.read_text(), flags=re.MULTILINE))
+    with pytest.warns(MeshWarning, match="the numbers of its cells begin at 2: see whether"):
+        TetMesh.read(path)
+
+
+def test_a_type_of_cell_that_nobody_knows_is_no_tet_less(tmp_path: Path) -> None:
+    kind = by_name["vtk51_text"]
+    write_body(kind, tmp_path / "other")
+    path = tmp_path / "other" / kind.file
+    path.write_text(path.read_text().replace("CELL_TYPES 48\n10", "CELL_TYPES 48\n84"))
+    with pytest.raises(MeshError, match="it declares 48 cells, but 47 can be read"):
+        TetMesh.read(path)
+
+
+def test_a_second_list_of_points_is_not_taken_for_the_first(tmp_path: Path) -> None:
+    kind = by_name["abaqus"]
+    write_body(kind, tmp_path / "two")
+    path = tmp_path / "two" / kind.file
+    lines = path.read_text().splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if line.startswith("*ELEMENT"))
+    path.write_text("".join([*lines[:at], "*NODE\n", *lines[at - 1 :]]))
+    with pytest.raises(MeshError, match=r"cannot be read as a \.inp mesh"):
+        TetMesh.read(path)
