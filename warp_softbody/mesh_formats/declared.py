@@ -64,27 +64,34 @@ def compare(path: Path, file_format: str, points: int, cells: Mapping[str, int])
     ):
         if wanted is not None and wanted != found:
             raise ReadingFailed(f"it declares {wanted} {what}, but {found} can be read")
-    return [note for note in map(_gap, ("points", "cells"), _numbers(declared)) if note]
+    notes = [_twice("points", declared.point_numbers), _twice("cells", declared.cell_numbers)]
+    return [note for note in (*notes, _gap(declared.cell_numbers)) if note]
 
 
-def _numbers(declared: Declaration) -> tuple[list[int], list[int]]:
-    return declared.point_numbers, declared.cell_numbers
+def _twice(what: str, numbers: list[int]) -> str:
+    """A sentence where a number stands twice, else an empty text."""
+    distinct, times = np.unique(np.array(numbers, dtype=np.int64), return_counts=True)
+    repeated = distinct[times > 1]
+    if not len(repeated):
+        return ""
+    return f"the number {repeated[0]} of its {what} stands more than once"
 
 
-def _gap(what: str, numbers: list[int]) -> str:
-    """A sentence where numbers stand twice or leave some out, else an empty text."""
+def _gap(numbers: list[int]) -> str:
+    """A sentence where the numbers of cells leave some out, else an empty text.
+
+    Numbers of points may have gaps: a tet that needs a missing point is refused by every reader.
+    """
     if not numbers:
         return ""
-    distinct, times = np.unique(np.array(numbers, dtype=np.int64), return_counts=True)
-    if times.max() > 1:
-        return f"number {distinct[times > 1][0]} of its {what} stands more than once"
+    distinct = np.unique(np.array(numbers, dtype=np.int64))
     if distinct[0] > 1:
-        return f"the numbers of its {what} begin at {distinct[0]}: see whether {what} are missing"
+        return f"the numbers of its cells begin at {distinct[0]}: see whether cells are missing"
     steps = np.flatnonzero(np.diff(distinct) > 1)
     if not len(steps):
         return ""
     missing = int(distinct[-1] - distinct[0]) + 1 - len(distinct)
     return (
-        f"the numbers of its {len(distinct)} {what} leave out {missing}, the first of them "
-        f"{distinct[steps[0]] + 1}: see whether {what} are missing"
+        f"the numbers of its {len(distinct)} cells leave out {missing}, the first of them "
+        f"{distinct[steps[0]] + 1}: see whether cells are missing"
     )
