@@ -8,6 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
+from warp_softbody.bodies import placed
 from warp_softbody.character import Character
 from warp_softbody.errors import MeshWarning
 from warp_softbody.mesh import TetMesh
@@ -57,3 +58,11 @@ def test_sets_of_abaqus_become_regions(cube: TetMesh, tmp_path: Path) -> None:
     sets = {"top": np.array([4, 5, 6, 7])}
     meshio.Mesh(cube.points, [("tetra", cube.tets)], point_sets=sets).write(tmp_path / "cube.inp")
     np.testing.assert_array_equal(TetMesh.read(tmp_path / "cube.inp").regions["top"], [4, 5, 6, 7])
+
+
+def test_a_body_that_is_placed_keeps_numbers_and_groups(path: Path) -> None:
+    with pytest.warns(MeshWarning):
+        mesh = TetMesh.read(path)
+    moved = placed(Character(name="cube", mesh=mesh), translation=(1.0, 2.0, 3.0)).mesh
+    np.testing.assert_array_equal(moved.nodes_of([1, 8]), [0, 7])
+    assert set(moved.regions) == set(mesh.regions)

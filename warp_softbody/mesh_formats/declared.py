@@ -13,7 +13,6 @@ import numpy as np
 
 from warp_softbody.mesh_formats import counted, numbered
 from warp_softbody.mesh_formats.contents import ReadingFailed
-from warp_softbody.mesh_formats.declaration import Declaration
 
 DECLARATIONS = {
     "abaqus": numbered.abaqus,

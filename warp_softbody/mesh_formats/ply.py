@@ -39,6 +39,8 @@ class _Element:
 
 
 Row = list[Any]
+Columns = list[Any]
+"""Values of each property: an array, or a tuple where the lengths of lists differ."""
 
 
 def read_ply(path: Path) -> Polygons:
@@ -55,8 +57,10 @@ def read_ply(path: Path) -> Polygons:
     corners = _column(face, CORNERS)
     if not face.properties[corners].length or face.properties[corners].kind[0] == "f":
         raise ValueError("the corners of its faces are no lists of integers")
-    points = [[row[axis] for axis in axes] for row in tables["vertex"]]
-    return Polygons(points, [row[corners] for row in tables["face"]])
+    if not vertex.count or not face.count:
+        raise ValueError(f"it has {vertex.count} points and {face.count} faces")
+    points = np.stack([np.asarray(tables["vertex"][axis]) for axis in axes], axis=1)
+    return Polygons(points, tables["face"][corners])
 
 
 def _column(element: _Element, names: tuple[str, ...]) -> int:
@@ -100,14 +104,18 @@ def _property(words: list[str]) -> _Property:
     raise ValueError(f"its header has the property {' '.join(words[1:])[:60]!r}")
 
 
-def _text_rows(elements: list[_Element], body: bytes) -> dict[str, list[Row]]:
+def _text_rows(elements: list[_Element], body: bytes) -> dict[str, Columns]:
     lines = word_lines(body, comment="\0")
     wanted = sum(element.count for element in elements if element.properties)
     if len(lines) != wanted:
         raise ValueError(f"it declares {wanted} points, faces and others, but has {len(lines)}")
     rows = iter(lines)
+
+    def table(element: _Element) -> list[Row]:
+        return [_text_row(element, next(rows)) for _ in range(element.count)]
+
     return {
-        element.name: [_text_row(element, next(rows)) for _ in range(element.count)]
+        element.name: list(zip(*table(element), strict=True))
         for element in elements
         if element.properties
     }
@@ -130,15 +138,16 @@ def _text_row(element: _Element, words: list[str]) -> Row:
     return row
 
 
-def _binary_rows(elements: list[_Element], body: bytes, order: str) -> dict[str, list[Row]]:
-    tables: dict[str, list[Row]] = {}
+def _binary_rows(elements: list[_Element], body: bytes, order: str) -> dict[str, Columns]:
+    tables: dict[str, Columns] = {}
     place = 0
     for element in elements:
         even = _even_rows(element, body, place, order)
         if even is None:
-            tables[element.name], place = _uneven_rows(element, body, place, order)
+            rows, place = _uneven_rows(element, body, place, order)
+            tables[element.name] = list(zip(*rows, strict=True))
         else:
-            tables[element.name] = [_plain(element, row) for row in even.tolist()]
+            tables[element.name] = [even[f"v{k}"] for k in range(len(element.properties))]
             place += even.nbytes
     if place != len(body):
         raise ValueError(f"{len(body) - place} bytes follow what it declares")
@@ -173,17 +182,6 @@ def _even_rows(
         return None
     rows = np.frombuffer(body, kind, element.count, place)
     return rows if all((rows[name] == length).all() for name, length in lengths) else None
-
-
-def _plain(element: _Element, row: tuple[Any, ...]) -> Row:
-    """A row of a structured array without the lengths of its lists."""
-    values = iter(row)
-    result: Row = []
-    for one in element.properties:
-        if one.length:
-            next(values)
-        result.append(next(values))
-    return result
 
 
 def _uneven_rows(

@@ -14,7 +14,7 @@ class Polygons(NamedTuple):
 
     Attributes:
         points: (n, 3) m.
-        faces: points of each face, from 0; an array (f, 3) where all are triangles.
+        faces: points of each face, from 0; an array (f, k) where all have k.
     """
 
     points: npt.ArrayLike

@@ -43,7 +43,10 @@ def _triangles(
     polygons: npt.NDArray[np.int64] | Sequence[Sequence[int]], count: int
 ) -> npt.NDArray[np.int64]:
     """Corners (f, 3) of polygons over ``count`` points."""
-    if not isinstance(polygons, np.ndarray):
+    if isinstance(polygons, np.ndarray) and polygons.ndim == 2 and polygons.shape[1] >= 3:
+        fans = [polygons[:, [0, k, k + 1]] for k in range(1, polygons.shape[1] - 1)]
+        polygons = np.stack(fans, axis=1)
+    else:
         short = next((k for k, corners in enumerate(polygons) if len(corners) < 3), None)
         if short is not None:
             raise ReadingFailed(f"face {short} has {len(polygons[short])} corners")

@@ -20,9 +20,10 @@ def crossing_triangles(points: FloatArray, faces: Numbers) -> tuple[Numbers, Flo
     Neighbours across an edge and triangles that overlap in one plane are not found.
     """
     corners = points[faces]
-    pairs = _near_pairs(corners)
+    pairs = _astride(corners, _near_pairs(corners))
     shared = (faces[pairs[:, 0]][:, :, None] == faces[pairs[:, 1]][:, None]).sum(axis=(1, 2))
     pairs = pairs[shared < 2]
+    pairs = pairs[np.lexsort(np.sort(pairs, axis=1).T)]
     found: list[Numbers] = []
     places: list[FloatArray] = []
     for one, other in (pairs.T, pairs.T[::-1]):
@@ -31,6 +32,19 @@ def crossing_triangles(points: FloatArray, faces: Numbers) -> tuple[Numbers, Flo
             found.append(pairs[hit])
             places.append(place[hit])
     return np.concatenate(found), np.concatenate(places)
+
+
+def _astride(corners: FloatArray, pairs: Numbers) -> Numbers:
+    """The pairs of which each triangle has corners on both sides of the other one's plane."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(u, v)
+    for one, other in ((0, 1), (1, 0)):
+        plane, third = pairs[:, one], pairs[:, other]
+        offset = np.einsum("ij,ij->i", normal, a)[plane]
+        heights = [np.einsum("ij,ij->i", normal[plane], corners[third, k]) for k in range(3)]
+        above, below = np.maximum.reduce(heights), np.minimum.reduce(heights)
+        pairs = pairs[(above > offset) & (below < offset)]
+    return pairs
 
 
 def _pierced(
@@ -62,11 +76,10 @@ def _near_pairs(corners: FloatArray) -> Numbers:
         halves = 2 * pairs[:, None] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
         pairs = halves.reshape(-1, 2)
         pairs = pairs[(pairs[:, 0] <= pairs[:, 1]) & (pairs[:, 1] < len(lows))]
-        apart = lows[pairs[:, 0]] > highs[pairs[:, 1]]
-        apart |= lows[pairs[:, 1]] > highs[pairs[:, 0]]
-        pairs = pairs[~apart.any(axis=1)]
-    pairs = order[pairs[pairs[:, 0] < pairs[:, 1]]]
-    return pairs[np.lexsort(np.sort(pairs, axis=1).T)]
+        for axis in range(3):
+            low, high, (one, other) = lows[:, axis], highs[:, axis], pairs.T
+            pairs = pairs[(low[one] <= high[other]) & (low[other] <= high[one])]
+    return order[pairs[pairs[:, 0] < pairs[:, 1]]]
 
 
 def _joined(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -81,14 +81,15 @@ def _neighbours(points: FloatArray, faces: Numbers, source: str) -> Numbers:
         MeshError: edges of one triangle or of more than two.
     """
     ends = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    ordered = np.sort(ends, axis=1)
-    edges, edge_of, uses = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
+    keys = ends.min(axis=1) * len(points) + ends.max(axis=1)
+    edges, edge_of, uses = np.unique(keys, return_inverse=True, return_counts=True)
     for wrong, sentence in (
         (uses == 1, "the surface is not closed: it has {} open edges"),
         (uses > 2, "{} edges are shared by more than two triangles"),
     ):
         if wrong.any():
-            place = _place(points[edges[np.flatnonzero(wrong)[0]]].mean(axis=0))
+            edge = np.array(divmod(int(edges[np.flatnonzero(wrong)[0]]), len(points)))
+            place = _place(points[edge].mean(axis=0))
             told = sentence.format(int(wrong.sum()))
             raise MeshError(f"{source}: {told}, one of them at {place}")
     sides = np.argsort(edge_of.ravel(), kind="stable").reshape(-1, 2)
@@ -144,8 +145,8 @@ def _touching(points: FloatArray, faces: Numbers, pairs: Numbers) -> str:
     edge, one, other = np.nonzero(first[:, :, None] == second[:, None])
     corners = np.stack([3 * pairs[edge, 0] + one, 3 * pairs[edge, 1] + other], axis=1)
     _, fan = connected_components(_graph(corners, faces.size), directed=False)
-    fans = np.unique(np.stack([fan, faces.ravel()], axis=1), axis=0)
-    several = np.flatnonzero(np.bincount(fans[:, 1], minlength=len(points)) > 1)
+    _, corner = np.unique(fan, return_index=True)
+    several = np.flatnonzero(np.bincount(faces.ravel()[corner], minlength=len(points)) > 1)
     if not len(several):
         return ""
     place = _place(points[several[0]])
