@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody import mesh_geometry
-from warp_softbody.errors import MeshError, MeshWarning
+from warp_softbody.errors import InputError, MeshError, MeshWarning
 from warp_softbody.mesh_checks import clean_arrays
 from warp_softbody.mesh_files import read_tets, write_tets
 
@@ -92,6 +92,8 @@ class TetMesh:
             MeshError: the file is missing, unreadable, without tets, holds less than it declares,
                 or its mesh is refused.
         """
+        if not isinstance(path, str | Path):
+            raise MeshError(f"a mesh file is given by its path, got {path!r}")
         found = read_tets(Path(path))
         clean = clean_arrays(
             found.points, found.tets, source=str(path), allow_parts=allow_parts
@@ -132,8 +134,11 @@ class TetMesh:
         Regions are not written.
 
         Raises:
+            InputError: the path is no path.
             OutputError: an extension that cannot be written, or a folder that cannot.
         """
+        if not isinstance(path, str | Path):
+            raise InputError(f"a mesh file is given by its path, got {path!r}")
         write_tets(Path(path), self.points, self.tets)
 
     @cached_property

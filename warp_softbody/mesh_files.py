@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -71,7 +72,7 @@ def read_tets(path: Path) -> Contents:
         MeshError: the file is missing, of an unknown or broken format, or holds other solids.
     """
     suffix = path.suffix.lower()
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise MeshError(f"{path}: there is no such file")
     if suffix in SURFACES:
         raise MeshError(f"{path}: a surface holds no tets; TetMesh.from_surface fills it with them")
@@ -122,13 +123,25 @@ def write_tets(path: Path, points: npt.NDArray[np.float64], tets: npt.NDArray[np
     import meshio
 
     check_writable(path)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    partial: Path | None = None
     try:
+        partial = _new_file(path)
         with _quiet():
             meshio.Mesh(points, [("tetra", tets)]).write(partial)
         os.replace(partial, path)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+        if partial is not None:
+            with contextlib.suppress(OSError):
+                partial.unlink(missing_ok=True)
+
+
+def _new_file(path: Path) -> Path:
+    """A new file beside a path, under a name that nobody can have prepared as a link."""
+    handle, name = tempfile.mkstemp(".partial" + path.suffix, f".{path.stem[:40]}.", path.parent)
+    mask = os.umask(0)
+    os.umask(mask)
+    os.fchmod(handle, 0o666 & ~mask)
+    os.close(handle)
+    return Path(name)

@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from warp_softbody.errors import MeshError, MeshWarning, OutputError
+from warp_softbody.errors import InputError, MeshError, MeshWarning, OutputError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_files import WRITABLE
 
@@ -114,6 +114,24 @@ def test_output_folder_must_exist(cube: TetMesh, tmp_path: Path) -> None:
     (tmp_path / "folder.vtu").mkdir()
     with pytest.raises(OutputError, match="it is a folder"):
         cube.write(tmp_path / "folder.vtu")
+
+
+def test_what_is_no_path(cube: TetMesh) -> None:
+    with pytest.raises(MeshError, match="a mesh file is given by its path, got 5"):
+        TetMesh.read(5)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="a mesh file is given by its path, got None"):
+        cube.write(None)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"a surface is a file's path or .*, got int"):
+        TetMesh.from_surface(5)  # type: ignore[arg-type]
+    with pytest.raises(MeshError, match="there is no such file"):
+        TetMesh.read("x" * 5000 + ".vtu")
+
+
+def test_a_new_file_has_the_rights_of_any(cube: TetMesh, tmp_path: Path) -> None:
+    (tmp_path / "any").touch()
+    cube.write(tmp_path / "body.vtu")
+    modes = {entry.stat().st_mode for entry in tmp_path.iterdir()}
+    assert len(modes) == 1
 
 
 def test_full_disk_keeps_the_old_file(

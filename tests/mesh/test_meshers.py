@@ -9,17 +9,23 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
 
+from warp_softbody.character import Character
 from warp_softbody.errors import InputError, MeshError, MeshWarning, MissingExtraError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.meshing import child, ftetwild_mesher, load_surface
 from warp_softbody.meshing.check import check_against_surface
+from warp_softbody.muscle_layout import build_muscle_layout
+from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
 
 needs_tetgen = pytest.mark.skipif(
     importlib.util.find_spec("tetgen") is None, reason="TetGen is an optional extra"
@@ -79,8 +85,8 @@ def test_missing_tetgen_names_the_extra(
         TetMesh.from_surface(box, mesher="tetgen")
 
 
-@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf")])
-def test_size_must_be_positive(box: trimesh.Trimesh, size: float) -> None:
+@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf"), "0.1", True])
+def test_size_must_be_positive(box: trimesh.Trimesh, size: Any) -> None:
     with pytest.raises(InputError, match="mesh size must be finite and positive"):
         TetMesh.from_surface(box, size=size)
 
@@ -217,3 +223,40 @@ def wait_until(done: Callable[[], bool]) -> None:
     while not done():
         assert time.monotonic() < deadline
         time.sleep(0.02)
+
+
+def test_fibres_at_the_skin_of_a_meshed_starfish(tmp_path: Path) -> None:
+    mesh, tips, thick = starfish(tmp_path / "starfish.obj")
+    for depth in (2e-3, 5e-4, 1e-4, 0.0):
+        lines = [np.outer(np.linspace(0.1, 0.9, 7), (*tip, 0.0)) for tip in tips]
+        fibers = tuple(
+            Fiber(
+                name=f"arm_{arm}",
+                kind=FiberKind.LONGITUDINAL,
+                vertices=line + np.array([0.0, 0.0, thick - depth]),
+            )
+            for arm, line in enumerate(lines)
+        )
+        group = MuscleGroup(name="top", fibers=fibers, strength=3e5, kernel_width=0.04)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MeshWarning)
+            layout = build_muscle_layout(Character(name="star", mesh=mesh, muscles=(group,)))
+        np.testing.assert_allclose(layout.rest_lengths, 0.3 * 0.8 / 6, rtol=0.05)
+
+
+def starfish(path: Path) -> tuple[TetMesh, NDArray[np.float64], float]:
+    """A star of five arms filled from its OBJ, the tips (5, 2) of its arms and its thickness, m."""
+    thick, count = 0.06, 10
+    angle = np.pi / 2 + np.pi * np.arange(count) / 5
+    radius = np.where(np.arange(count) % 2 == 0, 0.3, 0.1)
+    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    points = [(*p, z) for z in (0.0, thick) for p in ring] + [(0.0, 0.0, 0.0), (0.0, 0.0, thick)]
+    faces = []
+    for i in range(count):
+        j = (i + 1) % count
+        faces += [(count + i, count + j, 2 * count + 1), (j, i, 2 * count)]
+        faces += [(i, j, count + j), (i, count + j, count + i)]
+    lines = ["v {:.9f} {:.9f} {:.9f}".format(*point) for point in points]
+    lines += ["f {} {} {}".format(*(corner + 1 for corner in face)) for face in faces]
+    path.write_text("\n".join(lines))
+    return TetMesh.from_surface(path), ring[::2], thick

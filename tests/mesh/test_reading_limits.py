@@ -13,6 +13,8 @@ from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_formats import child
 from warp_softbody.meshing import load_surface
 
+CUT_ANSYS = '(2 3)\n(10 (0 1 4 0))\n(12 (0 1 1 0))\n(0 "x"\n'
+
 CUT_TECPLOT = """TITLE = "x"
 VARIABLES = "X", "Y", "Z"
 ZONE NODES = 4, ELEMENTS = 1,
@@ -23,8 +25,7 @@ DATAPACKING = BLOCK, ZONETYPE = FETETRAHEDRON
 
 @pytest.fixture
 def short_patience(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """One second for each file, and a reading process that the next test does not get."""
-    monkeypatch.setattr(child, "BASE_SECONDS", 1)
+    """Less time to wait for each file, and a reading process that the next test does not get."""
     monkeypatch.setattr(child, "WAITING", 0.5)
     yield
     child._READER.end()
@@ -33,7 +34,7 @@ def short_patience(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.usefixtures("short_patience")
 @pytest.mark.parametrize(
     ("name", "text"),
-    [("empty.node", ""), ("cut.msh", '(0 "x"\n(2 3)\n(10 (\n'), ("cut.tec", CUT_TECPLOT)],
+    [("cut.msh", CUT_ANSYS), ("cut.tec", CUT_TECPLOT)],
 )
 def test_endless_readers_are_ended(
     cube: TetMesh, tmp_path: Path, name: str, text: str
@@ -111,3 +112,24 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with pytest.raises(MeshError, match=r"body\.e: cannot be read as a \.e mesh: ") as caught:
         TetMesh.read(tmp_path / "body.e")
     assert "No module named" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["empty.node", "empty.ele", "empty.avs"])
+def test_empty_files(tmp_path: Path, name: str) -> None:
+    for suffix in (".node", ".ele", ".avs"):
+        (tmp_path / f"empty{suffix}").write_text("# only a comment\n")
+    with pytest.raises(MeshError, match="it holds no line but comments"):
+        TetMesh.read(tmp_path / name)
+
+
+def test_a_side_file_that_is_missing_is_named(tmp_path: Path) -> None:
+    (tmp_path / "body.ele").write_text("1 4 0\n1 1 2 3 4\n")
+    with pytest.raises(MeshError, match=r"body\.node: No such file or directory"):
+        TetMesh.read(tmp_path / "body.ele")
+
+
+def test_other_files_are_read_only_where_asked_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "other.inp")
+    (tmp_path / "body.inp").write_text("*NODE\n1,0,0,0\n*INCLUDE, INPUT=other.inp\n")
+    with pytest.raises(MeshError, match=r"\*INCLUDE of another file is not taken"):
+        TetMesh.read(tmp_path / "body.inp")

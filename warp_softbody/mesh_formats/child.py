@@ -15,7 +15,7 @@ from pathlib import Path
 
 from warp_softbody.mesh_formats.contents import Contents, ReadingFailed, unpack
 
-BASE_SECONDS, BYTES_PER_SECOND = 2, 1e5
+BASE_SECONDS, BYTES_PER_SECOND = 1, 1e5
 """CPU time allowed for a file: meshio's slowest readers take some 1e6 bytes a second."""
 
 BASE_MEMORY, MEMORY_PER_BYTE = 2**30, 100
@@ -23,6 +23,9 @@ BASE_MEMORY, MEMORY_PER_BYTE = 2**30, 100
 
 WAITING = 2.0
 """Wall time allowed over CPU time, because other processes share the processors."""
+
+STARTING = 60.0
+"""Wall time in which the process must be ready; it takes some 0.3 s."""
 
 MAIN = "from warp_softbody.mesh_formats.server import main; main()"
 
@@ -48,8 +51,11 @@ class _Reader:
                 return self._exchange(question, seconds)
 
     def _exchange(self, question: dict[str, object], seconds: float) -> bytes:
+        starting = self._process is None
         process = self._process = self._process or _start()
         try:
+            if starting:
+                self._take(process, 1, time.monotonic() + STARTING)
             assert process.stdin is not None
             process.stdin.write(json.dumps(question).encode() + b"\n")
             process.stdin.flush()

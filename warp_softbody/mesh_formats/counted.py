@@ -116,7 +116,7 @@ def tecplot(path: Path) -> Declaration:
 
 def avsucd(path: Path) -> Declaration:
     """AVS: both counts in the first line that is no comment."""
-    first = next(_lines(path))
+    first = _first(_lines(path))
     return Declaration(points=int(first[0]), cells=int(first[1]))
 
 
@@ -131,7 +131,7 @@ def ugrid(path: Path) -> Declaration:
 def tetgen(path: Path) -> Declaration:
     """TetGen: counts in the first lines of both files, and a line for each point and tet."""
     nodes, tets = (_lines(path.with_suffix(suffix)) for suffix in (".node", ".ele"))
-    points, cells = int(next(nodes)[0]), int(next(tets)[0])
+    points, cells = int(_first(nodes)[0]), int(_first(tets)[0])
     numbers = [[int(float(line[0])) for line in lines] for lines in (nodes, tets)]
     for what, given, found in zip(("points", "tets"), (points, cells), numbers, strict=True):
         if len(found) != given:
@@ -170,6 +170,14 @@ def ansys(path: Path) -> Declaration:
             raise ValueError(f"{len(found)} declarations of all {name} where there should be one")
         totals[name] = int(found[0], 16)
     return Declaration(points=totals["points"], solids=totals["cells"])
+
+
+def _first(lines: Iterator[list[str]]) -> list[str]:
+    """First of the lines of a file, which must hold one."""
+    first = next(lines, None)
+    if first is None:
+        raise ValueError("it holds no line but comments")
+    return first
 
 
 def _lines(path: Path) -> Iterator[list[str]]:

@@ -6,6 +6,7 @@ missing, except by a gap in the numbers of the cells.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from warp_softbody.mesh_formats import counted, numbered
 from warp_softbody.mesh_formats.contents import ReadingFailed
+from warp_softbody.mesh_formats.declaration import Declaration
 
 DECLARATIONS = {
     "abaqus": numbered.abaqus,
@@ -37,24 +39,32 @@ DECLARATIONS = {
 """By meshio's name of the format; the others are containers whose arrays carry their sizes."""
 
 
-def compare(path: Path, file_format: str, points: int, cells: Mapping[str, int]) -> list[str]:
+def declare(path: Path, file_format: str) -> Declaration:
+    """What a file declares, by meshio's name of its format.
+
+    Raises:
+        ReadingFailed: it declares nothing that can be understood.
+        OSError: it, or the file that belongs to it, cannot be opened.
+    """
+    if file_format not in DECLARATIONS:
+        return Declaration()
+    try:
+        return DECLARATIONS[file_format](path)
+    except (ValueError, IndexError, KeyError, OverflowError, struct.error) as error:
+        raise ReadingFailed(f"its size cannot be understood: {error}") from error
+
+
+def compare(declared: Declaration, points: int, cells: Mapping[str, int]) -> list[str]:
     """Sentences on cells whose numbers are missing or stand twice.
 
     Args:
-        path: the file.
-        file_format: meshio's name of its format.
+        declared: what the file declares.
         points: how many were read.
         cells: how many of each kind were read.
 
     Raises:
         ReadingFailed: the file declares another number of points or cells.
     """
-    if file_format not in DECLARATIONS:
-        return []
-    try:
-        declared = DECLARATIONS[file_format](path)
-    except (ValueError, IndexError, KeyError, OverflowError) as error:
-        raise ReadingFailed(f"what it declares of its size cannot be understood: {error}") from None
     solid = sum(n for kind, n in cells.items() if kind == "tetra")
     for what, wanted, found in (
         ("points", declared.points, points),

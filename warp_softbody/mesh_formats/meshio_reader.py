@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.mesh_formats.contents import Contents, ReadingFailed
-from warp_softbody.mesh_formats.declared import compare
+from warp_softbody.mesh_formats.declared import compare, declare
 
 FLAT_CELLS = ("vertex", "line", "triangle", "quad", "polygon")
 """Beginnings of the names of cells that fill no space: leaving them out keeps the body."""
@@ -27,6 +27,7 @@ def read_by_meshio(path: Path, file_format: str) -> Contents:
     Raises:
         ReadingFailed: meshio refuses the file, or what it took is not what the file declares.
     """
+    declared = declare(path, file_format)
     if file_format == "xdmf" and b"HDF" not in path.read_bytes():
         # meshio imports h5py for every XDMF, though only those with HDF5 files beside them need it.
         sys.modules.setdefault("h5py", types.ModuleType("h5py"))
@@ -50,7 +51,7 @@ def read_by_meshio(path: Path, file_format: str) -> Contents:
     for block in mesh.cells:
         sizes[str(block.type)] += len(block.data)
     _refuse_other_solids(sizes)
-    notes = compare(path, file_format, len(mesh.points), sizes)
+    notes = compare(declared, len(mesh.points), sizes)
     groups, named = _groups(mesh)
     left_out = [f"{n} {kind}" for kind, n in sorted(sizes.items()) if kind not in (*named, "tetra")]
     if left_out:

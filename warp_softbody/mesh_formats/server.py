@@ -24,13 +24,17 @@ IDLE = 10.0
 
 
 def main() -> None:
-    """Answer questions, a line of JSON each, until the one who asks is gone or silent."""
+    """Say that it is ready, then answer questions, a line of JSON each.
+
+    It ends when the one who asks is gone or silent.
+    """
     import_module("meshio")  # once, for all forks
 
     answers = os.dup(1)
     silence = os.open(os.devnull, os.O_RDWR)
     os.dup2(silence, 1)
     os.dup2(silence, 2)
+    os.write(answers, b"!")
     while select.select([0], [], [], IDLE)[0]:
         question = sys.stdin.readline()
         if not question:
@@ -73,6 +77,8 @@ def _read(question: dict[str, object]) -> bytes:
         return pack(read_by_meshio(Path(str(question["path"])), str(question["format"])))
     except ReadingFailed as error:
         return pack(str(error))
+    except OSError as error:
+        return pack(f"{error.filename or question['path']}: {error.strerror or error}")
     except MemoryError:
         return pack("it asks for more memory than a file of its size may")
     except Exception as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.close_points import first_of_close
-from warp_softbody.errors import MeshError, MeshWarning
+from warp_softbody.errors import InputError, MeshError, MeshWarning
 from warp_softbody.mesh_checks import LARGEST_COORDINATE
 from warp_softbody.mesh_formats.contents import ReadingFailed
 from warp_softbody.mesh_formats.polygons import Triangles
@@ -79,6 +80,10 @@ def load_surface(surface: str | Path | trimesh.Trimesh) -> Surface:
     if isinstance(surface, str | Path):
         source = str(surface)
         given = _read(Path(surface))
+    elif not (hasattr(surface, "vertices") and hasattr(surface, "faces")):
+        raise InputError(
+            f"a surface is a file's path or has vertices and faces, got {type(surface).__name__}"
+        )
     else:
         source = "surface"
         given = Triangles(np.array(surface.vertices, np.float64), np.array(surface.faces, np.int64))
@@ -98,7 +103,7 @@ def load_surface(surface: str | Path | trimesh.Trimesh) -> Surface:
 
 
 def _read(path: Path) -> Triangles:
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise MeshError(f"{path}: there is no such file")
     if path.suffix.lower() not in EXTENSIONS:
         raise MeshError(

@@ -6,6 +6,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from warp_softbody.errors import InputError, MeshError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_checks import clean_arrays
@@ -42,7 +44,8 @@ def tetrahedralize(
     """
     if mesher not in MESHERS:
         raise InputError(f"there is no mesher {mesher!r}; there are: {', '.join(MESHERS)}")
-    if size is not None and not (math.isfinite(size) and size > 0.0):
+    number = isinstance(size, int | float | np.number) and not isinstance(size, bool)
+    if size is not None and not (number and math.isfinite(size) and size > 0.0):
         raise InputError(f"the mesh size must be finite and positive, got {size!r}")
     closed = surface if isinstance(surface, Surface) else load_surface(surface)
     target = DEFAULT_SIZE * closed.diagonal if size is None else size
