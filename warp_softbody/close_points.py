@@ -7,6 +7,9 @@ import numpy.typing as npt
 
 Numbers = npt.NDArray[np.int64]
 
+MOST_ROUNDS = 20
+"""Rounds of cutting groups along the axes; two or three do unless points are placed against it."""
+
 
 def first_of_close(points: npt.NDArray[np.float64], tolerance: float) -> Numbers:
     """For each of n points (n, 3), the lowest index of the points that it is one with.
@@ -16,7 +19,7 @@ def first_of_close(points: npt.NDArray[np.float64], tolerance: float) -> Numbers
     """
     group = np.zeros(len(points), dtype=np.int64)
     count = 0
-    while True:
+    for _ in range(MOST_ROUNDS):
         for axis in range(3):
             group = _split(group, points[:, axis], tolerance)
         found = int(group.max(initial=-1)) + 1

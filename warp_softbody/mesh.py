@@ -131,7 +131,7 @@ class TetMesh:
     def write(self, path: str | Path) -> None:
         """Write the tets in the format of the file's extension, whole or not at all.
 
-        Regions are not written.
+        Regions are not written, and a `MeshWarning` says so.
 
         Raises:
             InputError: the path is no path.
@@ -140,6 +140,8 @@ class TetMesh:
         if not isinstance(path, str | Path):
             raise InputError(f"a mesh file is given by its path, got {path!r}")
         write_tets(Path(path), self.points, self.tets)
+        if self.regions:
+            _tell((f"{path}: the regions {', '.join(self.regions)} are not written",))
 
     @cached_property
     def file_nodes(self) -> npt.NDArray[np.int64]:

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from warp_softbody.errors import MeshError, MeshWarning
-from warp_softbody.meshing import load_surface
+from warp_softbody.meshing import crossings, load_surface
 from warp_softbody.meshing.crossings import crossing_triangles
 
 
@@ -199,3 +199,9 @@ def test_one_sided_surface_has_no_outside() -> None:
     points = np.random.default_rng(1).uniform(size=(6, 3))
     with pytest.raises(MeshError, match="the surface is one-sided"):
         load_surface(trimesh.Trimesh(points, faces, process=False))
+
+
+def test_a_fan_of_thousands_is_no_matter_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(crossings, "MOST_PAIRS", 1000)
+    cone = trimesh.creation.cone(1.0, 1.0, sections=200)
+    assert load_surface(cone).crossing == ""

@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
         warnings.simplefilter("always", MeshWarning)
         warnings.showwarning = _show  # type: ignore[assignment]
         mesh, surface_volume = _mesh(args)
-    mesh.write(args.output)
+        mesh.write(args.output)
     if args.json:
         print(_as_json(args, mesh, surface_volume))
     elif not args.quiet:

@@ -15,11 +15,11 @@ def _counts(data: bytes, pattern: bytes) -> list[int]:
     return [int(found) for found in re.findall(pattern, data, re.MULTILINE | re.IGNORECASE)]
 
 
-def _one(data: bytes, pattern: bytes) -> int:
+def _one(data: bytes, what: str, pattern: bytes) -> int:
     """The number that a pattern's group catches, which must stand once in the file."""
     counts = _counts(data, pattern)
     if len(counts) != 1:
-        raise ValueError(f"{len(counts)} sections where there should be one")
+        raise ValueError(f"{what} stands {len(counts)} times in it, not once")
     return counts[0]
 
 
@@ -29,9 +29,10 @@ def vtk(path: Path) -> Declaration:
     version = re.match(rb"#\s*vtk\s+DataFile\s+Version\s+(\d+)", data, re.IGNORECASE)
     if version is None:
         raise ValueError("no version of VTK in the first line")
-    points, cells = _one(data, rb"^\s*POINTS\s+(\d+)"), _one(data, rb"^\s*CELLS\s+(\d+)")
+    points = _one(data, "POINTS", rb"^\s*POINTS\s+(\d+)")
+    cells = _one(data, "CELLS", rb"^\s*CELLS\s+(\d+)")
     cells -= int(version.group(1)) >= 5
-    types = _one(data, rb"^\s*CELL_TYPES\s+(\d+)")
+    types = _one(data, "CELL_TYPES", rb"^\s*CELL_TYPES\s+(\d+)")
     if types != cells:
         raise ValueError(f"{cells} cells have {types} types")
     return Declaration(points=points, cells=cells)
@@ -77,7 +78,7 @@ def medit(path: Path) -> Declaration:
     data = path.read_bytes()
     kinds = rb"Edges|Triangles|Quadrilaterals|Tetrahedra|Prisms|Pyramids|Hexahedra|Hexaedra"
     return Declaration(
-        points=_one(data, rb"^\s*Vertices\s+(\d+)"),
+        points=_one(data, "Vertices", rb"^\s*Vertices\s+(\d+)"),
         cells=sum(_counts(data, rb"^\s*(?:" + kinds + rb")\s+(\d+)")),
     )
 
@@ -89,8 +90,8 @@ def netgen(path: Path) -> Declaration:
     data = path.read_bytes()
     between = rb"\s*(?:#[^\n]*\s+)*"
     return Declaration(
-        points=_one(data, rb"^points" + between + rb"(\d+)"),
-        solids=_one(data, rb"^volumeelements" + between + rb"(\d+)"),
+        points=_one(data, "points", rb"^points" + between + rb"(\d+)"),
+        solids=_one(data, "volumeelements", rb"^volumeelements" + between + rb"(\d+)"),
     )
 
 
@@ -98,7 +99,8 @@ def su2(path: Path) -> Declaration:
     """SU2: NPOIN and NELEM, whose cells are those of the body and not of its markers."""
     data = path.read_bytes()
     return Declaration(
-        points=_one(data, rb"^\s*NPOIN\s*=\s*(\d+)"), solids=_one(data, rb"^\s*NELEM\s*=\s*(\d+)")
+        points=_one(data, "NPOIN", rb"^\s*NPOIN\s*=\s*(\d+)"),
+        solids=_one(data, "NELEM", rb"^\s*NELEM\s*=\s*(\d+)"),
     )
 
 
@@ -109,8 +111,8 @@ def tecplot(path: Path) -> Declaration:
     if zones != 1:
         raise ValueError(f"one zone is taken, but it holds {zones}")
     return Declaration(
-        points=_one(data, rb"\b(?:NODES|N)\s*=\s*(\d+)"),
-        cells=_one(data, rb"\b(?:ELEMENTS|E)\s*=\s*(\d+)"),
+        points=_one(data, "NODES", rb"\b(?:NODES|N)\s*=\s*(\d+)"),
+        cells=_one(data, "ELEMENTS", rb"\b(?:ELEMENTS|E)\s*=\s*(\d+)"),
     )
 
 
@@ -144,8 +146,8 @@ def dolfin(path: Path) -> Declaration:
     data = path.read_bytes()
     quoted = rb"=\s*[\"'](\d+)[\"']"
     return Declaration(
-        points=_one(data, rb"<vertices[^>]*?\bsize" + quoted),
-        cells=_one(data, rb"<cells[^>]*?\bsize" + quoted),
+        points=_one(data, "<vertices>", rb"<vertices[^>]*?\bsize" + quoted),
+        cells=_one(data, "<cells>", rb"<cells[^>]*?\bsize" + quoted),
         cell_numbers=_counts(data, rb"<tetrahedron[^>]*?\bindex" + quoted),
     )
 
@@ -167,7 +169,7 @@ def ansys(path: Path) -> Declaration:
     for key, name in ((b"10", "points"), (b"12", "cells")):
         found = re.findall(rb"\(\s*" + key + rb"\s*\(\s*0\s+1\s+([0-9a-fA-F]+)\b", data)
         if len(found) != 1:
-            raise ValueError(f"{len(found)} declarations of all {name} where there should be one")
+            raise ValueError(f"the number of all {name} stands {len(found)} times in it, not once")
         totals[name] = int(found[0], 16)
     return Declaration(points=totals["points"], solids=totals["cells"])
 

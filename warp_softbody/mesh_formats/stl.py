@@ -11,6 +11,9 @@ from warp_softbody.mesh_formats.polygons import Polygons
 HEADER, FACET = 84, 50
 """Bytes of the header, with the count at its end, and of each triangle."""
 
+LONGEST_WORD = 80
+"""Letters of a word; a number has fewer."""
+
 WORDS = {0: "facet", 1: "normal", 5: "outer", 6: "loop", 7: "vertex", 11: "vertex", 15: "vertex"}
 WORDS |= {19: "endloop", 20: "endfacet"}
 """Place of each keyword among the 21 words of a triangle."""
@@ -52,6 +55,9 @@ def _text_corners(data: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np.float6
         raise ValueError("it ends without endsolid")
     if len(words) % 21:
         raise ValueError("it ends within a triangle, or a triangle has not 21 words")
+    longest = max(map(len, words), default=0)
+    if longest > LONGEST_WORD:
+        raise ValueError(f"one of its words has {longest} letters")
     table = np.array(words, dtype=str).reshape(-1, 21)
     for place, word in WORDS.items():
         wrong = np.flatnonzero(np.char.lower(table[:, place]) != word)

@@ -8,6 +8,9 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
 
+MOST_PAIRS = 10_000_000
+"""Pairs of triangles near each other up to which crossings are looked for, a gigabyte."""
+
 INSIDE = 1e-9
 """How far within both triangles a crossing must lie, relative to them: touching is none."""
 
@@ -17,7 +20,8 @@ EDGES = ((0, 1), (1, 2), (2, 0))
 def crossing_triangles(points: FloatArray, faces: Numbers) -> tuple[Numbers, FloatArray]:
     """Pairs (k, 2) of triangles that cross, and a place (k, 3) in m on both of each pair.
 
-    Neighbours across an edge and triangles that overlap in one plane are not found.
+    Neighbours across an edge and triangles that overlap in one plane are not found, and none where
+    more than `MOST_PAIRS` are near each other, as in a fan of thousands of triangles.
     """
     corners = points[faces]
     pairs = _astride(corners, _near_pairs(corners))
@@ -79,6 +83,8 @@ def _near_pairs(corners: FloatArray) -> Numbers:
         for axis in range(3):
             low, high, (one, other) = lows[:, axis], highs[:, axis], pairs.T
             pairs = pairs[(low[one] <= high[other]) & (low[other] <= high[one])]
+        if len(pairs) > MOST_PAIRS:
+            return np.zeros((0, 2), dtype=np.int64)
     return order[pairs[pairs[:, 0] < pairs[:, 1]]]
 
 

@@ -18,8 +18,8 @@ Numbers = npt.NDArray[np.int64]
 FLAT = 1e-12
 """A volume below this times area and diagonal is none: rounding leaves that much of a flat one."""
 
-MOST_TESTED = 400_000
-"""Triangles up to which crossings are looked for, some ten seconds of work."""
+MOST_TESTED = 200_000
+"""Triangles up to which crossings are looked for, some five seconds of work."""
 
 
 class Closed(NamedTuple):
