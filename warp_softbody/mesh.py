@@ -95,9 +95,7 @@ class TetMesh:
         if not isinstance(path, str | Path):
             raise MeshError(f"a mesh file is given by its path, got {path!r}")
         found = read_tets(Path(path))
-        clean = clean_arrays(
-            found.points, found.tets, source=str(path), allow_parts=allow_parts
-        )
+        clean = clean_arrays(found.points, found.tets, source=str(path), allow_parts=allow_parts)
         _tell((*found.notes, *clean.notes))
         regions = {name: clean.node_of[points] for name, points in found.groups.items()}
         in_mesh = {name: nodes[nodes >= 0] for name, nodes in regions.items()}

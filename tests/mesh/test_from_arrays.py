@@ -162,8 +162,6 @@ def test_numbers_of_the_array_lead_to_nodes(cube: TetMesh, shifted: TetMesh) -> 
         ([True, False], "numbers of points must be integers, got dtype bool"),
     ],
 )
-def test_numbers_that_lead_to_no_node(
-    shifted: TetMesh, numbers: ArrayLike, sentence: str
-) -> None:
+def test_numbers_that_lead_to_no_node(shifted: TetMesh, numbers: ArrayLike, sentence: str) -> None:
     with pytest.raises(MeshError, match=sentence):
         shifted.nodes_of(numbers)

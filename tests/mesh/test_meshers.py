@@ -199,9 +199,7 @@ def test_plate_that_takes_too_long_tells_the_remedy(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
-def test_whoever_ends_the_caller_ends_the_mesher(
-    tmp_path: Path, number: signal.Signals
-) -> None:
+def test_whoever_ends_the_caller_ends_the_mesher(tmp_path: Path, number: signal.Signals) -> None:
     surface = tmp_path / "plate.stl"
     trimesh.creation.box((1.0, 1.0, 3e-3)).export(surface)
     spare = tmp_path / "spare"

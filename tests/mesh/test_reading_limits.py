@@ -36,9 +36,7 @@ def short_patience(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     ("name", "text"),
     [("cut.msh", CUT_ANSYS), ("cut.tec", CUT_TECPLOT)],
 )
-def test_endless_readers_are_ended(
-    cube: TetMesh, tmp_path: Path, name: str, text: str
-) -> None:
+def test_endless_readers_are_ended(cube: TetMesh, tmp_path: Path, name: str, text: str) -> None:
     path = tmp_path / name
     path.write_text(text)
     with pytest.raises(MeshError, match=r"its reader did not finish in") as caught:

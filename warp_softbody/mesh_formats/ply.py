@@ -184,9 +184,7 @@ def _even_rows(
     return rows if all((rows[name] == length).all() for name, length in lengths) else None
 
 
-def _uneven_rows(
-    element: _Element, body: bytes, place: int, order: str
-) -> tuple[list[Row], int]:
+def _uneven_rows(element: _Element, body: bytes, place: int, order: str) -> tuple[list[Row], int]:
     """Row by row, and the place after the last one."""
     rows: list[Row] = []
     if element.properties:
