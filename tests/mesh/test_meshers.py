@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import warnings
@@ -20,7 +21,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from warp_softbody.character import Character
-from warp_softbody.errors import InputError, MeshError, MeshWarning, MissingExtraError
+from warp_softbody.errors import InputError, MeshError, MeshWarning, MissingExtraError, OutputError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.meshing import child, ftetwild_mesher, load_surface
 from warp_softbody.meshing.check import check_against_surface
@@ -174,6 +175,15 @@ def test_check_refuses_two_parts(cube: TetMesh) -> None:
     whole = load_surface(trimesh.creation.box((1.0, 1.0, 1.0)))
     with pytest.raises(MeshError, match="it made 2 separate parts of one surface"):
         check_against_surface(pair, whole, mesher="it", envelope=1e-3)
+
+
+def test_no_temporary_folder_is_one_sentence(
+    box: trimesh.Trimesh, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "absent"))
+    sentence = "surface: ftetwild cannot be started in a temporary folder: No such file"
+    with pytest.raises(OutputError, match=sentence):
+        TetMesh.from_surface(box)
 
 
 def test_micrometres_are_metres_scaled(box: trimesh.Trimesh) -> None:

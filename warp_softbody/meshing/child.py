@@ -16,7 +16,7 @@ from zipfile import BadZipFile
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.errors import MeshError
+from warp_softbody.errors import MeshError, OutputError
 
 WORKER = Path(__file__).with_name("worker.py")
 
@@ -49,19 +49,25 @@ def run_mesher(
 
     Raises:
         MeshError: the mesher refused the surface, crashed or took too long.
+        OutputError: there is no temporary folder with room for the surface.
     """
-    settings = {"mesher": mesher, "options": dict(options)}
-    with tempfile.TemporaryDirectory(prefix="warp_softbody_mesh_") as name:
-        folder = Path(name)
-        np.savez(folder / "job.npz", points=points, faces=faces, settings=json.dumps(settings))
-        try:
+    settings = json.dumps({"mesher": mesher, "options": dict(options)})
+    try:
+        with tempfile.TemporaryDirectory(prefix="warp_softbody_mesh_") as name:
+            folder = Path(name)
+            np.savez(folder / "job.npz", points=points, faces=faces, settings=settings)
             code = _run_child(folder, timeout)
-        except subprocess.TimeoutExpired as error:
-            raise MeshError(
-                f"{source}: {mesher} did not finish in {timeout:.3g} s; "
-                + (remedy or "try a larger size or another mesher")
-            ) from error
-        return _result(folder, mesher, source, code)
+            return _result(folder, mesher, source, code)
+    except subprocess.TimeoutExpired as error:
+        raise MeshError(
+            f"{source}: {mesher} did not finish in {timeout:.3g} s; "
+            + (remedy or "try a larger size or another mesher")
+        ) from error
+    except OSError as error:
+        raise OutputError(
+            f"{source}: {mesher} cannot be started in a temporary folder: "
+            f"{error.strerror or error}; TMPDIR names another one"
+        ) from error
 
 
 def _run_child(folder: Path, timeout: float) -> int:
