@@ -6,6 +6,7 @@ import re
 import warnings
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
@@ -15,11 +16,9 @@ from warp_softbody.mesh import TetMesh
 from warp_softbody.meshing import load_surface
 
 by_name = {kind.name: kind for kind in KINDS}
-# NumPy from 2.4 on refuses the mixed numbers that meshio's reader of text UGRID asks it for
-readable = [kind for kind in KINDS if kind.name != "ugrid"]
 
 
-@pytest.mark.parametrize("kind", readable, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 def test_the_whole_body_is_read_without_a_word(kind: Kind, tmp_path: Path) -> None:
     write_body(kind, tmp_path / "whole")
     body = make_body()
@@ -103,3 +102,33 @@ def test_a_second_list_of_points_is_not_taken_for_the_first(tmp_path: Path) -> N
     path.write_text("".join([*lines[:at], "*NODE\n", *lines[at - 1 :]]))
     with pytest.raises(MeshError, match=r"cannot be read as a \.inp mesh"):
         TetMesh.read(path)
+
+
+def test_flat_cells_beside_tets_leave_no_gap_in_the_numbers(tmp_path: Path) -> None:
+    body = make_body()
+    cells = [("tetra", body.tets[:20]), ("triangle", body.surface), ("tetra", body.tets[20:])]
+    for name in ("s.bdf", "s.inp", "s.msh", "s.mdpa", "s.vol", "s.dato", "s.mesh", "s.avs"):
+        meshio.Mesh(body.points, cells).write(tmp_path / name)
+        with pytest.warns(MeshWarning, match="its 48 triangle cells are left out") as told:
+            mesh = TetMesh.read(tmp_path / name)
+        assert len(told) == 1 and len(mesh.tets) == 48
+
+
+def test_abaqus_as_programs_write_it(tmp_path: Path) -> None:
+    body = make_body()
+    lines = ["*Heading", " a model", "** comment", "*Part, name=P", "*Node, nset=ALL"]
+    lines += [f" {10 * k + 10}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(body.points.tolist())]
+    for name, first in (("low", 0), ("high", 24)):
+        lines.append(f"*Element, type=C3D4, elset={name}")
+        for number, tet in enumerate(10 * body.tets[first : first + 24] + 10, first + 1):
+            lines.append(f"{number}, " + ", ".join(map(str, tet)) + ",")
+    lines += ["*Nset, nset=foot", "10, 20, 30", "*NODE PRINT", "U", "*End Part", ""]
+    (tmp_path / "s.inp").write_text("\n".join(lines))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mesh = TetMesh.read(tmp_path / "s.inp")
+    assert {name: len(nodes) for name, nodes in mesh.regions.items()} == {
+        "foot": 3,
+        "low": 18,
+        "high": 18,
+    }

@@ -163,15 +163,24 @@ def xdmf(path: Path) -> Declaration:
 
 
 def ansys(path: Path) -> Declaration:
-    """Ansys: last numbers, in base 16, of the lists of points and of cells that are of zone 0."""
+    """Ansys: totals of points (10) and cells (12) in zone 0, and lists of them and faces (13)."""
     data = path.read_bytes()
-    totals = {}
-    for key, name in ((b"10", "points"), (b"12", "cells")):
-        found = re.findall(rb"\(\s*" + key + rb"\s*\(\s*0\s+1\s+([0-9a-fA-F]+)\b", data)
-        if len(found) != 1:
-            raise ValueError(f"the number of all {name} stands {len(found)} times in it, not once")
-        totals[name] = int(found[0], 16)
-    return Declaration(points=totals["points"], solids=totals["cells"])
+    totals, listed = zip(*(_ansys_sizes(data, key) for key in (b"10", b"12", b"13")), strict=True)
+    for what, total, found in zip(("points", "cells"), totals, listed, strict=False):
+        if total is None:
+            raise ValueError(f"the number of all {what} is not in it")
+        if total != found:
+            raise ValueError(f"it declares {total} {what}, but lists of {found}")
+    return Declaration(points=listed[0], cells=listed[1] + listed[2])
+
+
+def _ansys_sizes(data: bytes, key: bytes) -> tuple[int | None, int]:
+    """The total of zone 0, None where there is none, and the sum of the other zones' lists."""
+    number = rb"\s+([0-9a-fA-F]+)"
+    zones = re.findall(rb"\(\s*(?:20|30)?" + key + rb"\s*\(\s*([0-9a-fA-F]+)" + 2 * number, data)
+    sizes = [(int(zone, 16), int(last, 16) - int(first, 16) + 1) for zone, first, last in zones]
+    totals = [size for zone, size in sizes if zone == 0]
+    return (totals[0] if totals else None), sum(size for zone, size in sizes if zone != 0)
 
 
 def _first(lines: Iterator[list[str]]) -> list[str]:

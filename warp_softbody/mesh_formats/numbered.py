@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from warp_softbody.mesh_formats.declaration import Declaration
@@ -13,21 +12,26 @@ def _text(path: Path) -> list[str]:
 
 
 def abaqus(path: Path) -> Declaration:
-    """Abaqus: data lines after *NODE, and numbers of four-node tets after *ELEMENT."""
+    """Abaqus: data lines after *NODE and *ELEMENT.
+
+    The cells of long types go on in the next line where a line ends with a comma.
+    """
     points: list[int] = []
     cells: list[int] = []
     taken: list[int] | None = None
+    long_type = goes_on = False
     for line in _text(path):
         if line.startswith("**") or not line.strip():
             continue
         if line.startswith("*"):
             keyword = line.partition(",")[0].strip("* \t").upper()
-            linear = re.search(r"TYPE\s*=\s*C3D4H?\s*(,|$)", line.upper()) is not None
-            taken = {"NODE": points, "ELEMENT": cells if linear else None}.get(keyword)
+            taken = {"NODE": points, "ELEMENT": cells}.get(keyword)
+            long_type = keyword == "ELEMENT" and "C3D4" not in line.upper()
             if keyword == "INCLUDE":
                 raise ValueError("*INCLUDE of another file is not taken")
-        elif taken is not None:
+        elif taken is not None and not goes_on:
             taken.append(int(line.partition(",")[0]))
+        goes_on = long_type and line.rstrip().endswith(",")
     return Declaration(points=len(points), point_numbers=points, cell_numbers=cells)
 
 
@@ -62,7 +66,8 @@ def mdpa(path: Path) -> Declaration:
     if nodes != list(range(1, len(nodes) + 1)):
         raise ValueError("its nodes are not numbered from 1 in order")
     cells = lists["Elements"]
-    return Declaration(points=len(nodes), solids=len(cells), cell_numbers=cells)
+    count = len(cells) + len(lists["Conditions"])
+    return Declaration(points=len(nodes), cells=count, cell_numbers=cells)
 
 
 def permas(path: Path) -> Declaration:
@@ -89,23 +94,24 @@ def nastran(path: Path) -> Declaration:
         keyword, number = _card(line)
         if keyword == "GRID":
             points.append(int(number))
-        elif keyword in SOLID_CARDS:
+        elif keyword in CELL_CARDS:
             cells.append(int(number))
         elif keyword.startswith("C") and number.isdigit() and keyword not in OTHER_CARDS:
             raise ValueError(f"the card {keyword} is not known")
     return Declaration(points=len(points), point_numbers=points, cell_numbers=cells)
 
 
-SOLID_CARDS = ("CTETRA", "CHEXA", "CPENTA", "CPYRA")
-
-OTHER_CARDS = (
-    *("CTRIA3", "CTRIA6", "CTRIAR", "CQUAD4", "CQUAD8", "CQUAD", "CQUADR", "CSHEAR"),
-    *("CBAR", "CBEAM", "CROD", "CONROD", "CTUBE", "CBUSH", "CBUSH1D", "CGAP", "CVISC", "CFAST"),
+CELL_CARDS = (
+    *("CTETRA", "CHEXA", "CPENTA", "CPYRA"),
+    *("CTRIA3", "CTRIA6", "CTRIAR", "CQUAD4", "CQUAD8", "CQUAD", "CQUADR", "CSHEAR", "CTRIAX6"),
+    *("CBAR", "CBEAM", "CROD", "CONROD", "CTUBE", "CBUSH", "CBUSH1D", "CGAP", "CVISC"),
     *("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4"),
-    *("CMASS1", "CMASS2", "CMASS3", "CMASS4", "CONM1", "CONM2", "CWELD", "CTRIAX6"),
-    *("CORD1C", "CORD1R", "CORD1S", "CORD2C", "CORD2R", "CORD2S", "CSUPER", "CSUPEXT"),
+    *("CMASS1", "CMASS2", "CMASS3", "CMASS4", "CONM1", "CONM2", "CFAST", "CWELD"),
 )
-"""Cards on flat cells, springs, masses and frames of reference, which make no body."""
+"""Cards on cells, springs and masses, whose numbers are of one series."""
+
+OTHER_CARDS = ("CORD1C", "CORD1R", "CORD1S", "CORD2C", "CORD2R", "CORD2S", "CSUPER", "CSUPEXT")
+"""Cards on frames of reference and superelements."""
 
 
 def _card(line: str) -> tuple[str, str]:
