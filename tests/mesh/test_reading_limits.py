@@ -13,7 +13,20 @@ from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_formats import child
 from warp_softbody.meshing import load_surface
 
-CUT_ANSYS = '(2 3)\n(10 (0 1 4 0))\n(12 (0 1 1 0))\n(0 "x"\n'
+CUT_ANSYS = """(2 3)
+(10 (0 1 4 0))
+(12 (0 1 1 0))
+(10 (1 1 4 1 3)(
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+))
+(12 (1 1 1 1 2)(
+1 2 3 4
+))
+(0 "a comment that does not end"
+"""
 
 CUT_TECPLOT = """TITLE = "x"
 VARIABLES = "X", "Y", "Z"
