@@ -12,6 +12,7 @@ from warp_softbody.bodies import placed
 from warp_softbody.character import Character
 from warp_softbody.errors import MeshWarning
 from warp_softbody.mesh import TetMesh
+from warp_softbody.mesh_formats.groups import named_groups
 
 
 @pytest.fixture
@@ -66,3 +67,24 @@ def test_a_body_that_is_placed_keeps_numbers_and_groups(path: Path) -> None:
     moved = placed(Character(name="cube", mesh=mesh), translation=(1.0, 2.0, 3.0)).mesh
     np.testing.assert_array_equal(moved.nodes_of([1, 8]), [0, 7])
     assert set(moved.regions) == set(mesh.regions)
+
+
+def test_groups_of_flac3d_count_all_cells(cube: TetMesh, tmp_path: Path) -> None:
+    lines = [f"G {k} {x} {y} {z}" for k, (x, y, z) in enumerate(cube.points.tolist(), 1)]
+    lines += [f"Z T4 {k} " + " ".join(map(str, t)) for k, t in enumerate(cube.tets + 1, 1)]
+    floor = cube.surface[(cube.points[cube.surface][:, :, 2] == 0.0).all(axis=1)]
+    lines += [f"F T3 {k} " + " ".join(map(str, t)) for k, t in enumerate(floor + 1, 1)]
+    lines += ['ZGROUP "rock" SLOT 1', "4 5 6", 'FGROUP "floor" SLOT 1', "1 2"]
+    (tmp_path / "cube.f3grid").write_text("\n".join(lines) + "\n")
+    mesh = TetMesh.read(tmp_path / "cube.f3grid")
+    np.testing.assert_array_equal(mesh.regions["zone:rock:1"], np.unique(cube.tets[3:]))
+    np.testing.assert_array_equal(mesh.regions["face:floor:1"], [0, 1, 2, 3])
+
+
+def test_a_group_of_what_is_not_there_is_left_out_and_told(cube: TetMesh, tmp_path: Path) -> None:
+    sets = {"top": np.array([4, 5])}
+    meshio.Mesh(cube.points, [("tetra", cube.tets)], point_sets=sets).write(tmp_path / "cube.inp")
+    mesh = meshio.read(tmp_path / "cube.inp")
+    mesh.point_sets["top"] = np.array([4, 99])
+    groups, _, broken = named_groups(mesh, "abaqus")
+    assert groups == {} and broken == ["its group 'top' names what is not in it and is left out"]

@@ -41,6 +41,7 @@ class _Reader:
         """Nothing is started yet."""
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
+        self._inherited: list[subprocess.Popen[bytes]] = []
 
     def ask(self, question: dict[str, object], seconds: float) -> bytes:
         """The answer to a question, from a new process where the last one had just ended."""
@@ -102,9 +103,14 @@ class _Reader:
                 pass
 
     def forget(self) -> None:
-        """Leave the process to the parent of this fork."""
+        """Leave the process to the parent of this fork, and let it see when that one ends."""
         self._lock = threading.Lock()
-        self._process = None
+        process, self._process = self._process, None
+        if process is not None:
+            assert process.stdin is not None and process.stdout is not None
+            process.stdin.close()
+            process.stdout.close()
+            self._inherited.append(process)
 
 
 _READER = _Reader()
@@ -119,6 +125,7 @@ def _start() -> subprocess.Popen[bytes]:
         [sys.executable, "-c", MAIN],
         cwd="/",
         env=environment,
+        bufsize=0,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
