@@ -155,7 +155,10 @@ class TetMesh:
         Raises:
             MeshError: numbers that are no integers, out of range, or of a point that was dropped.
         """
-        array = np.asarray(numbers)
+        try:
+            array = np.asarray(numbers)
+        except ValueError as error:
+            raise MeshError(f"numbers of points are not an array: {error}") from error
         if array.dtype.kind not in "iu" and array.size:
             raise MeshError(f"numbers of points must be integers, got dtype {array.dtype}")
         given = array.astype(np.int64).ravel()

@@ -106,9 +106,9 @@ def check_writable(path: Path) -> None:
             f"{path}: cannot write a mesh with the extension {path.suffix!r}; "
             f"take one of {', '.join(WRITABLE)}"
         )
-    if path.is_dir():
+    if os.path.isdir(path):
         raise OutputError(f"{path}: cannot be written: it is a folder")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise OutputError(f"{path}: cannot be written: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise OutputError(f"{path}: cannot be written: no permission in {path.parent}")
@@ -129,8 +129,10 @@ def write_tets(path: Path, points: npt.NDArray[np.float64], tets: npt.NDArray[np
         with _quiet():
             meshio.Mesh(points, [("tetra", tets)]).write(partial)
         os.replace(partial, path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    # A name that no file can have is a ValueError.
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(f"{path}: cannot be written: {reason}") from error
     finally:
         if partial is not None:
             with contextlib.suppress(OSError):

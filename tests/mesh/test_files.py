@@ -121,6 +121,9 @@ def test_what_is_no_path(cube: TetMesh) -> None:
         TetMesh.read(5)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="a mesh file is given by its path, got None"):
         cube.write(None)  # type: ignore[arg-type]
+    for name in ("a\0b.vtu", "x" * 300 + ".vtu"):
+        with pytest.raises(OutputError, match="cannot be written: "):
+            cube.write(name)
     with pytest.raises(InputError, match=r"a surface is a file's path or .*, got int"):
         TetMesh.from_surface(5)  # type: ignore[arg-type]
     with pytest.raises(MeshError, match="there is no such file"):

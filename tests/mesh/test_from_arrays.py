@@ -158,6 +158,7 @@ def test_numbers_of_the_array_lead_to_nodes(cube: TetMesh, shifted: TetMesh) -> 
         ([10], "number 10 of a point is out of range: 10 were given"),
         ([-1], "number -1 of a point is out of range"),
         ([2**32 + 3], "number 4294967299 of a point is out of range"),
+        ([[1], [2, 3]], "numbers of points are not an array"),
         ([1.7], "numbers of points must be integers, got dtype float64"),
         ([True, False], "numbers of points must be integers, got dtype bool"),
     ],

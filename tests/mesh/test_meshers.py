@@ -92,6 +92,17 @@ def test_size_must_be_positive(box: trimesh.Trimesh, size: Any) -> None:
         TetMesh.from_surface(box, size=size)
 
 
+def test_a_size_that_asks_for_too_much(box: trimesh.Trimesh) -> None:
+    for size in (1e-4, 1e-300):
+        with pytest.raises(InputError, match=r"surface: a mesh size of .* m asks for some .* tets"):
+            TetMesh.from_surface(box, size=size)
+
+
+@needs_tetgen
+def test_a_size_beyond_the_body_is_that_of_the_body(box: trimesh.Trimesh) -> None:
+    assert TetMesh.from_surface(box, mesher="tetgen", size=1e300).volume == pytest.approx(0.15)
+
+
 def test_unknown_mesher(box: trimesh.Trimesh) -> None:
     with pytest.raises(InputError, match="no mesher 'magic'; there are: ftetwild, tetgen"):
         TetMesh.from_surface(box, mesher="magic")

@@ -20,6 +20,9 @@ SECONDS_PER_CELL = 0.02
 """Time given for each tet that the size asks for, and for each triangle of the surface: some ten
 times what fTetWild takes where the body is not thin."""
 
+TETS_PER_CUBE = 12.0
+"""Tets in a cube of the size, as they are asked for."""
+
 ENVELOPE = 1e-3
 """How far the mesh's surface may lie from the given one, relative to the box's diagonal."""
 
@@ -85,6 +88,6 @@ def _refuse_thinner_than_envelope(surface: Surface) -> None:
 
 def _time_limit(surface: Surface, size: float) -> float:
     """Seconds allowed for a target edge length, m."""
-    tets = 12.0 * surface.volume / size**3
+    tets = TETS_PER_CUBE * surface.volume / size**3
     wanted = LEAST_SECONDS + SECONDS_PER_CELL * (tets + len(surface.faces))
     return float(min(wanted, MOST_SECONDS))
