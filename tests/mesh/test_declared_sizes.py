@@ -132,3 +132,21 @@ def test_abaqus_as_programs_write_it(tmp_path: Path) -> None:
         "low": 18,
         "high": 18,
     }
+
+
+@pytest.mark.parametrize("name", ["abaqus", "flac3d_text", "permas", "mdpa", "nastran"])
+def test_a_file_that_was_cut_off_is_refused_or_told(name: str, tmp_path: Path) -> None:
+    kind = by_name[name]
+    write_body(kind, tmp_path / "cut")
+    path = tmp_path / "cut" / kind.file
+    text = path.read_text()
+    last = max(text.rfind(tet) for tet in ("48,14,24,23,27", "48 14 24 23 27", "48              1"))
+    path.write_text(text[: last - 3] if last > 0 else text[: int(0.8 * len(text))])
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        try:
+            TetMesh.read(path)
+        except MeshError as error:
+            assert str(error).startswith(f"{path}: cannot be read as a {path.suffix} mesh: ")
+        else:
+            assert any("its last line has no end" in str(one.message) for one in told)

@@ -15,6 +15,7 @@ class Declaration:
         solids: how many that fill space.
         point_numbers: the numbers that it gives to points, in its order.
         cell_numbers: the numbers that it gives to cells, in its order.
+        cut_off: whether its format has no end mark and its last line no line end.
     """
 
     points: int | None = None
@@ -22,3 +23,4 @@ class Declaration:
     solids: int | None = None
     point_numbers: list[int] = field(default_factory=list)
     cell_numbers: list[int] = field(default_factory=list)
+    cut_off: bool = False

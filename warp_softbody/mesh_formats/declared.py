@@ -74,6 +74,8 @@ def compare(declared: Declaration, points: int, cells: Mapping[str, int]) -> lis
         if wanted is not None and wanted != found:
             raise ReadingFailed(f"it declares {wanted} {what}, but {found} can be read")
     notes = [_twice("points", declared.point_numbers), _twice("cells", declared.cell_numbers)]
+    if declared.cut_off:
+        notes.append("its last line has no end: see whether it was cut off")
     return [note for note in (*notes, _gap(declared.cell_numbers)) if note]
 
 

@@ -11,6 +11,11 @@ def _text(path: Path) -> list[str]:
     return path.read_text(encoding="utf-8", errors="replace").splitlines()
 
 
+def _cut_off(path: Path) -> bool:
+    """Whether the last line has no end."""
+    return not path.read_bytes().endswith((b"\n", b"\r"))
+
+
 def abaqus(path: Path) -> Declaration:
     """Abaqus: data lines after *NODE and *ELEMENT.
 
@@ -32,7 +37,9 @@ def abaqus(path: Path) -> Declaration:
         elif taken is not None and not goes_on:
             taken.append(int(line.partition(",")[0]))
         goes_on = long_type and line.rstrip().endswith(",")
-    return Declaration(points=len(points), point_numbers=points, cell_numbers=cells)
+    return Declaration(
+        points=len(points), point_numbers=points, cell_numbers=cells, cut_off=_cut_off(path)
+    )
 
 
 def flac3d(path: Path) -> Declaration:
@@ -46,7 +53,11 @@ def flac3d(path: Path) -> Declaration:
         if line and line[0] not in ("G", "Z", "F", "*", "ZGROUP", "FGROUP") and line[0][0] in "GZF":
             raise ValueError(f"a line begins with {line[0]!r}")
     return Declaration(
-        points=len(points), solids=len(cells), point_numbers=points, cell_numbers=cells
+        points=len(points),
+        solids=len(cells),
+        point_numbers=points,
+        cell_numbers=cells,
+        cut_off=_cut_off(path),
     )
 
 
@@ -83,6 +94,9 @@ def permas(path: Path) -> Declaration:
         elif taken is not None and not goes_on:
             taken.append(int(line.split()[0]))
         goes_on = line.rstrip().endswith("!")
+    keywords = [line.split()[0].upper() for line in _text(path) if line.startswith("$")]
+    if keywords.count("$ENTER") != keywords.count("$EXIT"):
+        raise ValueError("it ends before $EXIT")
     return Declaration(points=len(points), point_numbers=points, cell_numbers=cells)
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
-import tempfile
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from zipfile import BadZipFile
@@ -17,8 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.errors import MeshError, OutputError
+from warp_softbody.meshing.worker import NO_FOLDER
 
 WORKER = Path(__file__).with_name("worker.py")
+
+GRACE = 3.0
+"""s in which a worker that is told to end removes its folder."""
 
 Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
 
@@ -49,66 +55,96 @@ def run_mesher(
 
     Raises:
         MeshError: the mesher refused the surface, crashed or took too long.
-        OutputError: there is no temporary folder with room for the surface.
+        OutputError: the child cannot be started, or finds no temporary folder.
     """
+    job = io.BytesIO()
     settings = json.dumps({"mesher": mesher, "options": dict(options)})
+    np.savez(job, points=points, faces=faces, settings=settings)
     try:
-        with tempfile.TemporaryDirectory(prefix="warp_softbody_mesh_") as name:
-            folder = Path(name)
-            np.savez(folder / "job.npz", points=points, faces=faces, settings=settings)
-            code = _run_child(folder, timeout)
-            return _result(folder, mesher, source, code)
+        code, answer = _run_child(job.getvalue(), timeout)
     except subprocess.TimeoutExpired as error:
         raise MeshError(
             f"{source}: {mesher} did not finish in {timeout:.3g} s; "
             + (remedy or "try a larger size or another mesher")
         ) from error
     except OSError as error:
+        raise OutputError(f"{source}: {mesher} cannot be started: {error.strerror}") from error
+    if code == NO_FOLDER:
         raise OutputError(
-            f"{source}: {mesher} cannot be started in a temporary folder: "
-            f"{error.strerror or error}; TMPDIR names another one"
-        ) from error
+            f"{source}: there is no temporary folder for {mesher}; TMPDIR names another one"
+        )
+    return _result(answer, mesher, source, code)
 
 
-def _run_child(folder: Path, timeout: float) -> int:
-    """Run the worker and return its exit status; whatever happens here, it is gone afterwards.
+def _run_child(job: bytes, timeout: float) -> tuple[int, bytes]:
+    """Exit status and answer of the worker; whatever happens here, it is gone afterwards.
 
     It runs in a session of its own, so that a signal to this process's group leaves it to end by
-    itself: it sees the end of its standard input and removes the folder.
+    itself: it sees the end of its standard input and removes its folder.
     """
-    command = [sys.executable, str(WORKER), str(folder)]
-    # The child finds what this process finds, though it runs in a folder of its own, because
-    # fTetWild leaves a file in its working folder.
     paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
-    environment = {**os.environ, "PYTHONPATH": paths}
     process = subprocess.Popen(
-        command,
-        cwd=folder,
-        env=environment,
+        [sys.executable, str(WORKER)],
+        cwd="/",
+        # The child finds what this process finds, though it runs elsewhere.
+        env={**os.environ, "PYTHONPATH": paths},
+        bufsize=0,
         stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
+    assert process.stdin is not None and process.stdout is not None
     try:
-        return process.wait(timeout=timeout)
+        # A worker that is gone already tells why by its status.
+        with contextlib.suppress(BrokenPipeError):
+            for part in (len(job).to_bytes(8, "little"), job):
+                _send(process.stdin.fileno(), part)
+        answer = _receive(process.stdout.fileno(), timeout)
+        return process.wait(), answer
     finally:
-        # After Ctrl-C too; `subprocess.run` would leave the child unreaped then.
-        if process.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-        assert process.stdin is not None
-        process.stdin.close()
+        _end(process)
 
 
-def _result(folder: Path, mesher: str, source: str, code: int) -> Arrays:
+def _send(stream: int, data: bytes) -> None:
+    while data:
+        data = data[os.write(stream, data) :]
+
+
+def _receive(stream: int, timeout: float) -> bytes:
+    """All that comes until the other side closes the stream."""
+    deadline = time.monotonic() + timeout
+    parts: list[bytes] = []
+    while True:
+        left = deadline - time.monotonic()
+        if left <= 0.0 or not select.select([stream], [], [], left)[0]:
+            raise subprocess.TimeoutExpired("mesher", timeout)
+        part = os.read(stream, 2**20)
+        if not part:
+            return b"".join(parts)
+        parts.append(part)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Let the worker clean up, then end it and what it started; after Ctrl-C too."""
+    assert process.stdin is not None and process.stdout is not None
+    process.stdin.close()
     try:
-        with np.load(folder / "result.npz") as result:
+        process.wait(timeout=GRACE)
+    except subprocess.TimeoutExpired:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    process.stdout.close()
+
+
+def _result(answer: bytes, mesher: str, source: str, code: int) -> Arrays:
+    try:
+        with np.load(io.BytesIO(answer)) as result:
             if code == 0 and "error" not in result:
                 return result["points"], result["tets"]
             reason = " ".join(str(result["error"]).split())
-    # No result, half of one, or arrays from a child that crashed after writing them.
+    # No answer, half of one, or arrays from a child that crashed after writing them.
     except (OSError, ValueError, EOFError, KeyError, BadZipFile):
         reason = _ending(code)
     raise MeshError(f"{source}: {mesher} could not mesh the surface: {reason}")

@@ -30,6 +30,11 @@ IDEAL_LENGTH = 0.75
 """fTetWild's ideal edge length over the size; the mean edge comes out longer than the ideal."""
 
 
+STOP_ENERGY = 10.0
+"""Energy of its worst tet at which fTetWild stops; 3 is that of a regular one. One that is flatter
+by a factor k has 2 k^(2/3), and a body that is thinner than the size by k is filled by such."""
+
+
 def mesh_with_ftetwild(surface: Surface, size: float, *, timeout: float | None = None) -> Arrays:
     """Fill a surface by fTetWild in a child process.
 
@@ -56,7 +61,9 @@ def mesh_with_ftetwild(surface: Surface, size: float, *, timeout: float | None =
     # fTetWild has lengths of its own: a body of micrometres would never be done, or crash it.
     scale = 2.0 ** -np.floor(np.log2(surface.diagonal))
     middle = surface.bounds.mean(axis=0)
+    flatness = size / surface.thickness
     options = {
+        "stop_energy": max(STOP_ENERGY, 2.5 * flatness ** (2.0 / 3.0)),
         "edge_length_abs": IDEAL_LENGTH * size * scale,
         "epsilon": ENVELOPE,
         # Without it a large size is not met: a box of 51 tets comes out with 1,100.
