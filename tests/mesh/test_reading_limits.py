@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import meshio
 import pytest
 
 from warp_softbody.errors import MeshError
@@ -144,3 +145,9 @@ def test_other_files_are_read_only_where_asked_for(tmp_path: Path) -> None:
     (tmp_path / "body.inp").write_text("*NODE\n1,0,0,0\n*INCLUDE, INPUT=other.inp\n")
     with pytest.raises(MeshError, match=r"\*INCLUDE of another file is not taken"):
         TetMesh.read(tmp_path / "body.inp")
+
+
+def test_files_with_a_longer_name_are_not_read_with_it(cube: TetMesh, tmp_path: Path) -> None:
+    meshio.Mesh(cube.points, [("tetra", cube.tets)]).write(tmp_path / "body.xml")
+    os.mkfifo(tmp_path / "body_more.xml")
+    assert len(TetMesh.read(tmp_path / "body.xml").tets) == 6

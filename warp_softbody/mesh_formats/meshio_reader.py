@@ -52,7 +52,11 @@ def _read(path: Path, file_format: str) -> Any:
     try:
         # `meshio.read` would end the program where a reader refuses a file.
         module = "dolfin" if file_format == "dolfin-xml" else file_format
-        return importlib.import_module(f"meshio.{module}").read(str(path))
+        reader = importlib.import_module(f"meshio.{module}")
+        if module == "dolfin":
+            # It would read every file beside this one whose name begins with this one's.
+            reader._dolfin._read_cell_data = lambda filename: {}
+        return reader.read(str(path))
     # meshio's readers raise almost anything on broken files.
     except ModuleNotFoundError as error:
         raise ReadingFailed(
