@@ -87,7 +87,7 @@ def placed(
     return replace(
         character,
         name=name or character.name,
-        mesh=TetMesh(move(character.mesh.points), character.mesh.tets),
+        mesh=replace(character.mesh, points=move(character.mesh.points)),
         muscles=muscles,
         directional_friction=frictions,
     )

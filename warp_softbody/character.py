@@ -28,7 +28,8 @@ class Character:
         mesh: rest shape.
         material: elastic constants, density and damping.
         muscles: groups of fibres; empty for a passive body.
-        regions: node indices by name ("base", "head", ...), each (k,) int32.
+        regions: node indices by name ("base", "head", ...), each (k,) int32; those of the mesh
+            are taken up.
         fixed: node indices that never move, (k,) int32.
         color: display colour, linear RGB in 0..1.
         directional_friction: of regions that slide more easily one way than another.
@@ -47,7 +48,8 @@ class Character:
         """Check the name and the index sets against the mesh."""
         if not self.name.isidentifier():
             raise InputError(f"character name must be an identifier, got {self.name!r}")
-        regions = {name: self._indices(name, nodes) for name, nodes in self.regions.items()}
+        named = {**self.mesh.regions, **self.regions}
+        regions = {name: self._indices(name, nodes) for name, nodes in named.items()}
         object.__setattr__(self, "regions", MappingProxyType(regions))
         object.__setattr__(self, "fixed", self._indices("fixed", self.fixed))
         for friction in self.directional_friction:

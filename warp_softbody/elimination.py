@@ -94,18 +94,34 @@ def _postorder(
 
 
 def _updates(
-    column_start: IntArray, row: IntArray, slot: IntArray, count: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Targets (as keys i * count + j) and the slots of the two factors, column by column."""
-    keys, first, second = [], [], []
-    for k in range(count):
+    column_start: IntArray, row: IntArray, slot: IntArray, keys: npt.NDArray[np.int64], count: int
+) -> tuple[IntArray, IntArray]:
+    """CSR offsets by target block, and the pairs (.., 2) of blocks that update each.
+
+    Column by column and twice, first to count and then to place: all targets at once would take
+    ten times the memory of the result, which is gigabytes for the coarse level of large bodies.
+    """
+
+    def targets(k: int) -> tuple[npt.NDArray[np.intp], IntArray, IntArray]:
+        """Blocks that column ``k`` updates, each once, and the slots of the two factors."""
         span = slice(column_start[k], column_start[k + 1])
-        rows, slots = row[span].astype(np.int64), slot[span].astype(np.int64)
+        rows, slots = row[span].astype(np.int64), slot[span]
         high, low = np.tril_indices(len(rows), -1)
-        keys.append(rows[high] * count + rows[low])
-        first.append(slots[high])
-        second.append(slots[low])
-    return np.concatenate(keys), np.concatenate(first), np.concatenate(second)
+        target = np.searchsorted(keys, rows[high] * count + rows[low])
+        return target, slots[high], slots[low]
+
+    counts = np.zeros(len(keys), dtype=np.int64)
+    for k in range(count):
+        counts[targets(k)[0]] += 1
+    update_start = np.concatenate([[0], np.cumsum(counts)])
+    pairs = np.empty((int(update_start[-1]), 2), dtype=np.int32)
+    place = update_start[:-1].copy()
+    for k in range(count):
+        target, first, second = targets(k)
+        pairs[place[target], 0] = first
+        pairs[place[target], 1] = second
+        place[target] += 1
+    return update_start.astype(np.int32), pairs
 
 
 def build_elimination(pattern: Pattern, fixed: npt.NDArray[np.bool_]) -> Elimination:
@@ -117,14 +133,13 @@ def build_elimination(pattern: Pattern, fixed: npt.NDArray[np.bool_]) -> Elimina
     keys = rows * count + columns
 
     by_column = np.lexsort((rows, columns))
-    targets, first, second = _updates(
+    update_start, update_pairs = _updates(
         starts(columns[by_column], count),
         rows[by_column].astype(np.int32),
         by_column.astype(np.int32),
+        keys,
         count,
     )
-    target_slot = np.searchsorted(keys, targets)
-    by_target = np.argsort(target_slot, kind="stable")
     diagonal = pattern.diagonal_slot[order].copy()
     diagonal[fixed[order]] = -1
     return Elimination(
@@ -133,8 +148,8 @@ def build_elimination(pattern: Pattern, fixed: npt.NDArray[np.bool_]) -> Elimina
         column=columns.astype(np.int32),
         matrix_slot=_matrix_slots(pattern, order[rows], order[columns], fixed),
         diagonal_slot=diagonal,
-        update_start=starts(target_slot[by_target], len(keys)),
-        update_pairs=np.stack([first, second], axis=1)[by_target].astype(np.int32),
+        update_start=update_start,
+        update_pairs=update_pairs,
     )
 
 

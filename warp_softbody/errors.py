@@ -19,6 +19,10 @@ class MeshError(InputError):
     """A mesh or surface cannot be used: unreadable, open, not finite, in several parts, empty."""
 
 
+class MeshWarning(UserWarning):
+    """A mesh or surface was taken, but not all that its file holds; the sentence says what not."""
+
+
 class OutputError(SoftBodyError, OSError):
     """A file or folder cannot be written. Nothing half-written is left behind."""
 

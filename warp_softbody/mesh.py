@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -11,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody import mesh_geometry
+from warp_softbody.errors import InputError, MeshError, MeshWarning
 from warp_softbody.mesh_checks import clean_arrays
 from warp_softbody.mesh_files import read_tets, write_tets
 
@@ -31,15 +34,24 @@ class TetMesh:
     Attributes:
         points: (n, 3) float64 m, read-only; each is a corner of some tet.
         tets: (m, 4) int32, read-only; each of positive volume.
+        node_of: (points in the file or array,) int32, read-only; the node that each became, -1
+            for a point that was dropped. By default every point is a node.
+        regions: node indices (k,) int32 by name, of the named groups of the file.
     """
 
     points: FloatArray
     tets: IntArray
+    node_of: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32), repr=False)
+    regions: Mapping[str, IntArray] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         """Keep read-only copies."""
+        node_of = self.node_of if len(self.node_of) else np.arange(len(self.points))
+        regions = {name: _frozen(np.unique(nodes)) for name, nodes in self.regions.items()}
         object.__setattr__(self, "points", _frozen(np.array(self.points, dtype=np.float64)))
         object.__setattr__(self, "tets", _frozen(np.array(self.tets, dtype=np.int32)))
+        object.__setattr__(self, "node_of", _frozen(np.array(node_of, dtype=np.int32)))
+        object.__setattr__(self, "regions", regions)
 
     @classmethod
     def from_arrays(
@@ -53,7 +65,8 @@ class TetMesh:
         """Make a mesh of checked arrays.
 
         Tets of negative volume are turned round, points within 1e-9 of the box's diagonal are
-        merged, and points that no tet uses are dropped.
+        merged, and points that no tet uses are dropped. Both shift the numbers of other points: a
+        `MeshWarning` says so, `node_of` and `nodes_of` map the given numbers to nodes.
 
         Args:
             points: (n, 3) m.
@@ -65,17 +78,28 @@ class TetMesh:
             MeshError: what is wrong, naming the source, the field and the value.
         """
         clean = clean_arrays(points, tets, source=source, allow_parts=allow_parts)
-        return cls(clean.points, clean.tets)
+        _tell(clean.notes)
+        return cls(clean.points, clean.tets, clean.node_of)
 
     @classmethod
     def read(cls, path: str | Path, *, allow_parts: bool = False) -> TetMesh:
         """Read the linear tets of any file that meshio reads (.vtu, .vtk, .msh, .mesh, ...).
 
+        Named groups of the file become `regions`. A `MeshWarning` says what else is in the file and
+        was left out: other cells, points that no tet uses, cells whose numbers are missing.
+
         Raises:
-            MeshError: the file is missing, unreadable, without tets, or its mesh is refused.
+            MeshError: the file is missing, unreadable, without tets, holds less than it declares,
+                or its mesh is refused.
         """
-        points, tets = read_tets(Path(path))
-        return cls.from_arrays(points, tets, source=str(path), allow_parts=allow_parts)
+        if not isinstance(path, str | Path):
+            raise MeshError(f"a mesh file is given by its path, got {path!r}")
+        found = read_tets(Path(path))
+        clean = clean_arrays(found.points, found.tets, source=str(path), allow_parts=allow_parts)
+        _tell((*found.notes, *clean.notes))
+        regions = {name: clean.node_of[points] for name, points in found.groups.items()}
+        in_mesh = {name: nodes[nodes >= 0] for name, nodes in regions.items()}
+        return cls(clean.points, clean.tets, clean.node_of, in_mesh)
 
     @classmethod
     def from_surface(
@@ -105,10 +129,48 @@ class TetMesh:
     def write(self, path: str | Path) -> None:
         """Write the tets in the format of the file's extension, whole or not at all.
 
+        Regions are not written, and a `MeshWarning` says so.
+
         Raises:
+            InputError: the path is no path.
             OutputError: an extension that cannot be written, or a folder that cannot.
         """
+        if not isinstance(path, str | Path):
+            raise InputError(f"a mesh file is given by its path, got {path!r}")
         write_tets(Path(path), self.points, self.tets)
+        if self.regions:
+            _tell((f"{path}: the regions {', '.join(self.regions)} are not written",))
+
+    @cached_property
+    def file_nodes(self) -> npt.NDArray[np.int64]:
+        """Number (n,) in the file or array, from 0, of the first point that became each node."""
+        nodes, first = np.unique(self.node_of, return_index=True)
+        return _frozen(first[nodes >= 0].astype(np.int64))
+
+    def nodes_of(self, numbers: npt.ArrayLike) -> IntArray:
+        """Nodes (k,) of points given by their numbers in the file or array, counted from 0.
+
+        `Character(mesh=mesh, fixed=mesh.nodes_of(numbers))` holds the points that the file means.
+
+        Raises:
+            MeshError: numbers that are no integers, out of range, or of a point that was dropped.
+        """
+        try:
+            array = np.asarray(numbers)
+        except ValueError as error:
+            raise MeshError(f"numbers of points are not an array: {error}") from error
+        if array.dtype.kind not in "iu" and array.size:
+            raise MeshError(f"numbers of points must be integers, got dtype {array.dtype}")
+        given = array.astype(np.int64).ravel()
+        outside = array.ravel()[(given < 0) | (given >= len(self.node_of))]
+        if outside.size:
+            raise MeshError(
+                f"number {outside[0]} of a point is out of range: {len(self.node_of)} were given"
+            )
+        nodes = self.node_of[given]
+        if (nodes < 0).any():
+            raise MeshError(f"point {given[nodes < 0][0]} is in no tet, so that no node is of it")
+        return nodes
 
     @cached_property
     def surface(self) -> IntArray:
@@ -144,6 +206,12 @@ class TetMesh:
     def part_count(self) -> int:
         """Number of parts that hang together through shared faces."""
         return mesh_geometry.count_parts(self.tets)
+
+
+def _tell(notes: tuple[str, ...]) -> None:
+    """Warn, on behalf of the caller of `from_arrays` or `read`."""
+    for note in notes:
+        warnings.warn(note, MeshWarning, stacklevel=3)
 
 
 def _frozen(array: npt.NDArray[Number]) -> npt.NDArray[Number]:

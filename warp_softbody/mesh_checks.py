@@ -6,10 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
+from warp_softbody.close_points import first_of_close
 from warp_softbody.errors import MeshError
 from warp_softbody.mesh_geometry import (
     FloatArray,
@@ -27,11 +25,24 @@ FLAT_TOLERANCE = 1e-12
 """A tet of less volume than this times its longest edge cubed is flat."""
 
 
+LARGEST_COORDINATE = 1e9
+"""m; further from the origin no body is taken, because its volume could overflow."""
+
+
 class CleanArrays(NamedTuple):
-    """Points (n, 3) float64 m and tets (m, 4) int32 that keep every promise of `TetMesh`."""
+    """Arrays that keep every promise of `TetMesh`.
+
+    Attributes:
+        points: (n, 3) float64 m.
+        tets: (m, 4) int32.
+        node_of: (given points,) int32 node that each given point became, -1 for a dropped one.
+        notes: a sentence each on what was dropped or merged.
+    """
 
     points: FloatArray
     tets: IntArray
+    node_of: IntArray
+    notes: tuple[str, ...]
 
 
 def clean_arrays(
@@ -42,14 +53,14 @@ def clean_arrays(
     Repaired: byte order, duplicate and unused points, orientation.
 
     Raises:
-        MeshError: wrong shapes, values that are not finite, indices out of range, flat or
-            overlapping tets, no tets, or several parts without `allow_parts`.
+        MeshError: wrong shapes, values that are not finite or too large, indices out of range, flat
+            or overlapping tets, no tets, or several parts without `allow_parts`.
     """
-    clean = CleanArrays(_checked_points(points, source), _checked_tets(tets, source))
-    _check_range(clean, source)
-    clean = _without_unused(_merged(clean))
-    _check_distinct(clean, source)
-    clean = _oriented(clean, source)
+    given, corners = _checked_points(points, source), _checked_tets(tets, source)
+    _check_range(given, corners, source)
+    clean = _numbered_anew(given, corners, source)
+    _check_distinct(clean.tets, source)
+    clean = clean._replace(tets=_oriented(clean.points, clean.tets, source))
     _check_faces(clean.tets, source)
     parts = 1 if allow_parts else count_parts(clean.tets)
     if parts != 1:
@@ -62,15 +73,17 @@ def clean_arrays(
 
 def _checked_points(points: npt.ArrayLike, source: str) -> FloatArray:
     try:
-        array = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        array = np.asarray(points)
+    except ValueError as error:
         raise MeshError(f"{source}: points are not numbers: {error}") from error
+    if array.dtype.kind not in "iuf":
+        raise MeshError(f"{source}: points are not numbers, but of dtype {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"{source}: points must have shape (n, 3), got {array.shape}")
     wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
     if wrong.size:
         raise MeshError(f"{source}: point {wrong[0]} is not finite: {array[wrong[0]].tolist()}")
-    return array
+    return np.array(array, dtype=np.float64)
 
 
 def _checked_tets(tets: npt.ArrayLike, source: str) -> IntArray:
@@ -92,44 +105,51 @@ def _checked_tets(tets: npt.ArrayLike, source: str) -> IntArray:
     return np.array(array, dtype=np.int32)
 
 
-def _check_range(clean: CleanArrays, source: str) -> None:
-    highest, count = int(clean.tets.max()), len(clean.points)
+def _check_range(points: FloatArray, tets: IntArray, source: str) -> None:
+    highest, count = int(tets.max()), len(points)
     if highest >= count:
         raise MeshError(f"{source}: tets hold point index {highest}, but there are {count} points")
+    far = np.zeros(count, dtype=bool)
+    far[tets] = True
+    wrong = np.flatnonzero(far & (np.abs(points) > LARGEST_COORDINATE).any(axis=1))
+    if wrong.size:
+        raise MeshError(
+            f"{source}: point {wrong[0]} lies too far from the origin: "
+            f"{points[wrong[0]].tolist()}, but at most {LARGEST_COORDINATE:g} m are taken"
+        )
 
 
-def _merged(clean: CleanArrays) -> CleanArrays:
-    """Give all points within the tolerance the index of the first of them."""
-    points, tets = clean
-    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    pairs = KDTree(points).query_pairs(MERGE_TOLERANCE * diagonal, output_type="ndarray")
-    if not len(pairs):
-        return clean
-    count = len(points)
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    _, label = connected_components(links, directed=False)
-    _, first = np.unique(label, return_index=True)
-    return CleanArrays(points, np.asarray(first[label][tets], dtype=np.int32))
+def _numbered_anew(points: FloatArray, tets: IntArray, source: str) -> CleanArrays:
+    """Drop points that no tet uses, merge those within the tolerance, keep the others' order."""
+    used = np.unique(tets)
+    diagonal = float(np.linalg.norm(np.ptp(points[used], axis=0)))
+    first = first_of_close(points[used], MERGE_TOLERANCE * diagonal)
+    kept, node = np.unique(first, return_inverse=True)
+    node_of = np.full(len(points), -1, dtype=np.int32)
+    node_of[used] = node
+    notes = []
+    if len(used) < len(points):
+        notes.append(
+            f"{source}: {len(points) - len(used)} of {len(points)} points are in no tet and were "
+            f"dropped, which shifts the numbers of others; TetMesh.nodes_of maps them"
+        )
+    if len(kept) < len(used):
+        notes.append(
+            f"{source}: {len(used) - len(kept)} of {len(points)} points were merged with others "
+            f"at the same place, which shifts the numbers of others; TetMesh.nodes_of maps them"
+        )
+    return CleanArrays(points[used][kept], node_of[tets], node_of, tuple(notes))
 
 
-def _without_unused(clean: CleanArrays) -> CleanArrays:
-    """Drop points that no tet uses, keeping the order of the others."""
-    used, compact = np.unique(clean.tets, return_inverse=True)
-    return CleanArrays(
-        clean.points[used], np.asarray(compact, dtype=np.int32).reshape(clean.tets.shape)
-    )
-
-
-def _check_distinct(clean: CleanArrays, source: str) -> None:
-    ordered = np.sort(clean.tets, axis=1)
+def _check_distinct(tets: IntArray, source: str) -> None:
+    ordered = np.sort(tets, axis=1)
     wrong = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
     if wrong.size:
         raise MeshError(f"{source}: tet {wrong[0]} has no volume: two of its corners are one point")
 
 
-def _oriented(clean: CleanArrays, source: str) -> CleanArrays:
+def _oriented(points: FloatArray, tets: IntArray, source: str) -> IntArray:
     """Swap two corners of every tet of negative volume; refuse flat ones."""
-    points, tets = clean
     volumes = tet_volumes(points, tets)
     corners = points[tets]
     longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
@@ -139,8 +159,8 @@ def _oriented(clean: CleanArrays, source: str) -> CleanArrays:
             f"{source}: tet {flat[0]} has no volume ({volumes[flat[0]]:.3g} m^3): "
             f"its four corners lie in one plane"
         )
-    turned = np.where((volumes < 0.0)[:, None], tets[:, [0, 1, 3, 2]], tets)
-    return CleanArrays(points, turned)
+    turned: IntArray = np.where((volumes < 0.0)[:, None], tets[:, [0, 1, 3, 2]], tets)
+    return turned
 
 
 def _check_faces(tets: IntArray, source: str) -> None:

@@ -1,10 +1,11 @@
-"""Tet files through meshio, with its habits (printing, exiting, half-written files) kept inside."""
+"""Tet files: which are read and how, and how one is written whole or not at all."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,12 +13,49 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.errors import MeshError, OutputError
+from warp_softbody.mesh_formats.child import read_in_child
+from warp_softbody.mesh_formats.contents import Contents, ReadingFailed
 
 WRITABLE = (".vtu", ".vtk", ".msh", ".mesh", ".inp")
 """Extensions of one-file formats that keep double precision."""
 
-OTHER_SOLIDS = ("hexahedron", "wedge", "pyramid", "tetra10")
-"""Cells that fill space but cannot be taken: leaving them out would change the body."""
+SURFACES = (".stl", ".obj", ".ply", ".off")
+"""Extensions of files that hold surfaces and never tets."""
+
+FORMATS = {
+    ".avs": "avsucd",
+    ".bdf": "nastran",
+    ".cgns": "cgns",
+    ".dat": "tecplot",
+    ".dato": "permas",
+    ".e": "exodus",
+    ".ele": "tetgen",
+    ".ex2": "exodus",
+    ".exo": "exodus",
+    ".f3grid": "flac3d",
+    ".fem": "nastran",
+    ".h5m": "h5m",
+    ".hmf": "hmf",
+    ".inp": "abaqus",
+    ".mdpa": "mdpa",
+    ".med": "med",
+    ".mesh": "medit",
+    ".meshb": "medit",
+    ".msh": "gmsh",
+    ".nas": "nastran",
+    ".node": "tetgen",
+    ".post": "permas",
+    ".su2": "su2",
+    ".tec": "tecplot",
+    ".ugrid": "ugrid",
+    ".vol": "netgen",
+    ".vtk": "vtk",
+    ".vtu": "vtu",
+    ".xdmf": "xdmf",
+    ".xml": "dolfin-xml",
+    ".xmf": "xdmf",
+}
+"""meshio's name of the format of each extension; an Ansys .msh is told by its first byte."""
 
 
 @contextlib.contextmanager
@@ -27,43 +65,34 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-def readable_extensions() -> set[str]:
-    """Extensions, lower case with the dot, that meshio has a reader for."""
-    import meshio
-
-    return set(meshio.extension_to_filetypes)
-
-
-def read_tets(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Read points (n, 3) and tets (m, 4), unchecked, in native byte order.
+def read_tets(path: Path) -> Contents:
+    """Read points, tets and named groups, unchecked; the notes name the file.
 
     Raises:
         MeshError: the file is missing, of an unknown or broken format, or holds other solids.
     """
-    import meshio
-
-    if not path.is_file():
+    suffix = path.suffix.lower()
+    if not os.path.isfile(path):
         raise MeshError(f"{path}: there is no such file")
-    if path.suffix.lower() not in readable_extensions():
+    if suffix in SURFACES:
+        raise MeshError(f"{path}: a surface holds no tets; TetMesh.from_surface fills it with them")
+    if suffix not in FORMATS:
         raise MeshError(f"{path}: no mesh format is known for the extension {path.suffix!r}")
     try:
-        with _quiet():
-            mesh = meshio.read(path)
-    # meshio ends the whole program on some broken files, and raises almost anything on others.
-    except (Exception, SystemExit) as error:
-        reason = " ".join(str(error).split()) if isinstance(error, Exception) else ""
-        raise MeshError(
-            f"{path}: cannot be read as a {path.suffix} mesh" + (f": {reason}" if reason else "")
-        ) from error
-    kinds = sorted({block.type for block in mesh.cells})
-    others = [kind for kind in kinds if kind in OTHER_SOLIDS]
-    if others:
-        raise MeshError(f"{path}: only linear tets are taken, but it holds {', '.join(others)}")
-    if "tetra" not in kinds:
-        raise MeshError(f"{path}: it holds no tets (found: {', '.join(kinds) or 'no cells'})")
-    # Some readers hand out big-endian arrays; these conversions make them native.
-    points = np.array(mesh.points, dtype=np.float64)
-    return points, np.array(mesh.get_cells_type("tetra"), dtype=np.int64)
+        found = read_in_child(path, _format(path))
+    except (OSError, ReadingFailed) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise MeshError(f"{path}: cannot be read as a {suffix} mesh: {reason}") from error
+    return found._replace(notes=tuple(f"{path}: {note}" for note in found.notes))
+
+
+def _format(path: Path) -> str:
+    """Name by which meshio knows the format of a file."""
+    if path.suffix.lower() == ".msh":
+        with path.open("rb") as stream:
+            if stream.read(64).lstrip().startswith(b"("):
+                return "ansys"
+    return FORMATS[path.suffix.lower()]
 
 
 def check_writable(path: Path) -> None:
@@ -77,9 +106,9 @@ def check_writable(path: Path) -> None:
             f"{path}: cannot write a mesh with the extension {path.suffix!r}; "
             f"take one of {', '.join(WRITABLE)}"
         )
-    if path.is_dir():
+    if os.path.isdir(path):
         raise OutputError(f"{path}: cannot be written: it is a folder")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise OutputError(f"{path}: cannot be written: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise OutputError(f"{path}: cannot be written: no permission in {path.parent}")
@@ -94,13 +123,27 @@ def write_tets(path: Path, points: npt.NDArray[np.float64], tets: npt.NDArray[np
     import meshio
 
     check_writable(path)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    partial: Path | None = None
     try:
+        partial = _new_file(path)
         with _quiet():
             meshio.Mesh(points, [("tetra", tets)]).write(partial)
         os.replace(partial, path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    # A name that no file can have is a ValueError.
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(f"{path}: cannot be written: {reason}") from error
     finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+        if partial is not None:
+            with contextlib.suppress(OSError):
+                partial.unlink(missing_ok=True)
+
+
+def _new_file(path: Path) -> Path:
+    """A new file beside a path, under a name that nobody can have prepared as a link."""
+    handle, name = tempfile.mkstemp(".partial" + path.suffix, f".{path.stem[:40]}.", path.parent)
+    mask = os.umask(0)
+    os.umask(mask)
+    os.fchmod(handle, 0o666 & ~mask)
+    os.close(handle)
+    return Path(name)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from warp_softbody.bodies import Part
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError
-from warp_softbody.mesh import TetMesh
+from warp_softbody.fiber_embedding import embed
 from warp_softbody.muscles import MuscleGroup
 from warp_softbody.topology import starts
 
@@ -51,24 +51,6 @@ class MuscleLayout:
         return starts(self.pair_tet, tet_count)
 
 
-def embed(mesh: TetMesh, points: FloatArray, names: list[str]) -> tuple[IntArray, FloatArray]:
-    """Nodes and barycentric weights (p, 4) of points; a point outside the mesh is an InputError."""
-    corners = mesh.points[mesh.tets]
-    inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
-    nodes, weights = [], []
-    slack = 1e-6
-    for point, name in zip(points, names, strict=True):
-        inner = np.einsum("tij,tj->ti", inverse, point - corners[:, 0])
-        all_weights = np.concatenate([1.0 - inner.sum(axis=1, keepdims=True), inner], axis=1)
-        best = int(np.argmax(all_weights.min(axis=1)))
-        if all_weights[best].min() < -slack:
-            place = ", ".join(f"{value:g}" for value in point)
-            raise InputError(f"fibre {name!r}: vertex ({place}) m lies outside the mesh")
-        nodes.append(mesh.tets[best])
-        weights.append(all_weights[best])
-    return np.array(nodes, dtype=np.int32).reshape(-1, 4), np.array(weights).reshape(-1, 4)
-
-
 def segment_distance(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Shortest distances (points, segments) in m."""
     along = end - start
@@ -101,13 +83,18 @@ def build_muscle_layout(character: Character) -> MuscleLayout:
     vertices = [fiber.vertices for fiber in fibers]
     points = np.concatenate(vertices) if vertices else np.zeros((0, 3))
     names = [fiber.name for fiber in fibers for _ in fiber.vertices]
-    point_nodes, point_weights = embed(mesh, points, names)
+    points, point_nodes, point_weights = embed(mesh, points, names)
     offsets = np.cumsum([0, *(len(v) for v in vertices)])
     runs = [np.arange(o, o + f.segment_count) for o, f in zip(offsets, fibers, strict=False)]
     first = np.concatenate([np.zeros(0), *runs]).astype(np.int32)
     segments = np.stack([first, first + 1], axis=1)
     span = points[segments[:, 1]] - points[segments[:, 0]]
     rest = np.linalg.norm(span, axis=1)
+    if (rest <= 0.0).any():
+        raise InputError(
+            f"fibre {names[segments[np.argmin(rest), 0]]!r} has a segment outside the mesh whose "
+            f"ends meet at one point of its surface"
+        )
 
     centres = mesh.points[mesh.tets].mean(axis=1)
     pairs, strength, begun = [], [], 0

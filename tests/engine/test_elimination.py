@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -181,3 +182,16 @@ def test_unconverged_solve_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     body = rig(mesh, material=STIFF, max_iterations=2, **EXACT)
     body.place(crumpled(mesh))
     assert not body.step().converged
+
+
+def test_update_lists_take_little_more_memory_than_they_hold() -> None:
+    mesh = box((8, 8, 8))
+    topology = build_topology(mesh.tets, len(mesh.points))
+    tracemalloc.start()
+    try:
+        elimination = build_elimination(topology, np.zeros(len(mesh.points), dtype=bool))
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    # all of a factor's updates at once as keys, targets and orders take ten times as much
+    assert peak < 3.0 * elimination.update_pairs.nbytes

@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from warp_softbody.errors import MeshError, OutputError
+from warp_softbody.errors import InputError, MeshError, MeshWarning, OutputError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_files import WRITABLE
 
@@ -26,10 +26,12 @@ def test_round_trip(cube: TetMesh, tmp_path: Path, extension: str) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
 
 
-def test_surface_cells_beside_tets_are_ignored(cube: TetMesh, tmp_path: Path) -> None:
+def test_surface_cells_beside_tets_are_told(cube: TetMesh, tmp_path: Path) -> None:
     cells = [("triangle", cube.surface), ("tetra", cube.tets[:3]), ("tetra", cube.tets[3:])]
     meshio.Mesh(cube.points, cells).write(tmp_path / "both.vtu")
-    np.testing.assert_array_equal(TetMesh.read(tmp_path / "both.vtu").tets, cube.tets)
+    with pytest.warns(MeshWarning, match=r"both\.vtu: its 12 triangle cells are left out"):
+        mesh = TetMesh.read(tmp_path / "both.vtu")
+    np.testing.assert_array_equal(mesh.tets, cube.tets)
 
 
 @pytest.mark.parametrize(
@@ -78,6 +80,20 @@ def test_file_with_other_solids(cube: TetMesh, tmp_path: Path) -> None:
         TetMesh.read(tmp_path / "mixed.vtu")
 
 
+def test_quadratic_cells_beside_tets_do_not_vanish(cube: TetMesh, tmp_path: Path) -> None:
+    points = np.concatenate([cube.points, np.random.default_rng(0).uniform(2, 3, (20, 3))])
+    cells = [("tetra", cube.tets), ("hexahedron20", [np.arange(8, 28)])]
+    meshio.Mesh(points, cells).write(tmp_path / "mixed.vtk")
+    with pytest.raises(MeshError, match="only linear tets are taken, but it holds hexahedron20"):
+        TetMesh.read(tmp_path / "mixed.vtk")
+
+
+def test_a_surface_file_holds_no_tets(tmp_path: Path) -> None:
+    (tmp_path / "skin.stl").write_bytes(bytes(84))
+    with pytest.raises(MeshError, match=r"a surface holds no tets; TetMesh\.from_surface"):
+        TetMesh.read(tmp_path / "skin.stl")
+
+
 def test_file_name_stands_in_sentences_about_its_arrays(cube: TetMesh, tmp_path: Path) -> None:
     points = cube.points.copy()
     points[4] = np.nan
@@ -98,6 +114,27 @@ def test_output_folder_must_exist(cube: TetMesh, tmp_path: Path) -> None:
     (tmp_path / "folder.vtu").mkdir()
     with pytest.raises(OutputError, match="it is a folder"):
         cube.write(tmp_path / "folder.vtu")
+
+
+def test_what_is_no_path(cube: TetMesh) -> None:
+    with pytest.raises(MeshError, match="a mesh file is given by its path, got 5"):
+        TetMesh.read(5)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="a mesh file is given by its path, got None"):
+        cube.write(None)  # type: ignore[arg-type]
+    for name in ("a\0b.vtu", "x" * 300 + ".vtu"):
+        with pytest.raises(OutputError, match="cannot be written: "):
+            cube.write(name)
+    with pytest.raises(InputError, match=r"a surface is a file's path or .*, got int"):
+        TetMesh.from_surface(5)  # type: ignore[arg-type]
+    with pytest.raises(MeshError, match="there is no such file"):
+        TetMesh.read("x" * 5000 + ".vtu")
+
+
+def test_a_new_file_has_the_rights_of_any(cube: TetMesh, tmp_path: Path) -> None:
+    (tmp_path / "any").touch()
+    cube.write(tmp_path / "body.vtu")
+    modes = {entry.stat().st_mode for entry in tmp_path.iterdir()}
+    assert len(modes) == 1
 
 
 def test_full_disk_keeps_the_old_file(

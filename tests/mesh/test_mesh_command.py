@@ -6,6 +6,8 @@ import argparse
 import json
 from pathlib import Path
 
+import meshio
+import numpy as np
 import pytest
 import trimesh
 
@@ -72,3 +74,19 @@ def test_mesher_options_are_for_surfaces(
     cube.write(tmp_path / "cube.vtu")
     with pytest.raises(InputError, match=f"{option[0]} is for surfaces"):
         call(tmp_path / "cube.vtu", "-o", tmp_path / "out.vtu", *option)
+
+
+def test_what_is_left_out_is_one_line_each(
+    cube: TetMesh, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sets = {"top": np.array([4, 5, 6, 7])}
+    cells = [("tetra", cube.tets), ("line", [[0, 1]])]
+    meshio.Mesh(cube.points, cells, point_sets=sets).write(tmp_path / "cube.inp")
+    assert call(tmp_path / "cube.inp", "-o", tmp_path / "cube.vtu", "--json") == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["regions"] == {"top": 4}
+    assert err.splitlines() == [
+        f"warp-softbody: {tmp_path / 'cube.inp'}: its 1 line cells are left out, because tets "
+        f"alone are taken",
+        f"warp-softbody: {tmp_path / 'cube.vtu'}: the regions top are not written",
+    ]

@@ -5,18 +5,27 @@ from __future__ import annotations
 import importlib.util
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
+import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
 
-from warp_softbody.errors import InputError, MeshError, MissingExtraError
+from warp_softbody.character import Character
+from warp_softbody.errors import InputError, MeshError, MeshWarning, MissingExtraError, OutputError
 from warp_softbody.mesh import TetMesh
-from warp_softbody.meshing import child, load_surface
+from warp_softbody.meshing import child, ftetwild_mesher, load_surface
 from warp_softbody.meshing.check import check_against_surface
+from warp_softbody.muscle_layout import build_muscle_layout
+from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
 
 needs_tetgen = pytest.mark.skipif(
     importlib.util.find_spec("tetgen") is None, reason="TetGen is an optional extra"
@@ -63,7 +72,8 @@ def test_tetgen_is_repeatable(box: trimesh.Trimesh) -> None:
 @needs_tetgen
 def test_self_intersection_is_one_sentence(box: trimesh.Trimesh) -> None:
     box.vertices[0] = (2.0, 2.0, 2.0)
-    with pytest.raises(MeshError, match=r"tetgen could not mesh the surface: .*self-intersections"):
+    sentence = "triangles cross each other, .* which tetgen does not take"
+    with pytest.warns(MeshWarning), pytest.raises(MeshError, match=sentence):
         TetMesh.from_surface(box, mesher="tetgen")
 
 
@@ -75,10 +85,21 @@ def test_missing_tetgen_names_the_extra(
         TetMesh.from_surface(box, mesher="tetgen")
 
 
-@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf")])
-def test_size_must_be_positive(box: trimesh.Trimesh, size: float) -> None:
+@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf"), "0.1", True])
+def test_size_must_be_positive(box: trimesh.Trimesh, size: Any) -> None:
     with pytest.raises(InputError, match="mesh size must be finite and positive"):
         TetMesh.from_surface(box, size=size)
+
+
+def test_a_size_that_asks_for_too_much(box: trimesh.Trimesh) -> None:
+    for size in (1e-4, 1e-300):
+        with pytest.raises(InputError, match=r"surface: a mesh size of .* m asks for some .* tets"):
+            TetMesh.from_surface(box, size=size)
+
+
+@needs_tetgen
+def test_a_size_beyond_the_body_is_that_of_the_body(box: trimesh.Trimesh) -> None:
+    assert TetMesh.from_surface(box, mesher="tetgen", size=1e300).volume == pytest.approx(0.15)
 
 
 def test_unknown_mesher(box: trimesh.Trimesh) -> None:
@@ -93,6 +114,7 @@ def run_worker(
     worker = tmp_path / "worker.py"
     worker.write_text(body)
     monkeypatch.setattr(child, "WORKER", worker)
+    monkeypatch.setattr(child, "GRACE", 0.1)
     child.run_mesher(
         "tetgen", np.zeros((1, 3)), np.zeros((1, 3), np.int32), {}, source="it", timeout=timeout
     )
@@ -164,3 +186,98 @@ def test_check_refuses_two_parts(cube: TetMesh) -> None:
     whole = load_surface(trimesh.creation.box((1.0, 1.0, 1.0)))
     with pytest.raises(MeshError, match="it made 2 separate parts of one surface"):
         check_against_surface(pair, whole, mesher="it", envelope=1e-3)
+
+
+def test_no_temporary_folder_is_one_sentence(
+    box: trimesh.Trimesh, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    sentence = "it: there is no temporary folder for tetgen; TMPDIR names another one"
+    with pytest.raises(OutputError, match=sentence):
+        run_worker(monkeypatch, tmp_path, "import sys; sys.exit(73)")
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "absent"))
+    with pytest.raises(OutputError, match="surface: ftetwild cannot be started: No such file"):
+        TetMesh.from_surface(box)
+
+
+def test_micrometres_are_metres_scaled(box: trimesh.Trimesh) -> None:
+    small = trimesh.Trimesh(1e-6 * box.vertices, box.faces, process=False)
+    mesh = TetMesh.from_surface(small, size=4e-7)
+    assert mesh.volume == pytest.approx(0.15e-18, rel=3e-3)
+    np.testing.assert_allclose(mesh.bounds, 1e-6 * box.bounds, atol=3e-9)
+
+
+def test_a_body_thinner_than_the_envelope_is_refused() -> None:
+    plate = trimesh.creation.box((1.0, 1.0, 1e-3))
+    sentence = r"only some 0\.000998 m thick, but ftetwild may move each side by 0\.00141 m; use"
+    with pytest.raises(MeshError, match=sentence):
+        TetMesh.from_surface(plate)
+
+
+def test_plate_that_takes_too_long_tells_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ftetwild_mesher, "LEAST_SECONDS", 0.5)
+    plate = trimesh.creation.box((1.0, 1.0, 3e-3))
+    sentence = r"ftetwild did not finish in .* the body is only some 0\.00298 m thick, .*'tetgen'"
+    with pytest.raises(MeshError, match=sentence):
+        TetMesh.from_surface(plate)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
+def test_whoever_ends_the_caller_ends_the_mesher(tmp_path: Path, number: signal.Signals) -> None:
+    surface = tmp_path / "plate.stl"
+    trimesh.creation.box((1.0, 1.0, 3e-3)).export(surface)
+    spare = tmp_path / "spare"
+    spare.mkdir()
+    command = [sys.executable, "-m", "warp_softbody", "mesh", str(surface)]
+    caller = subprocess.Popen(
+        [*command, "-o", str(tmp_path / "plate.vtu")], env={**os.environ, "TMPDIR": str(spare)}
+    )
+    wait_until(lambda: bool(list(spare.iterdir())))
+    caller.send_signal(number)
+    assert caller.wait() == -number
+    wait_until(lambda: not list(spare.iterdir()))
+    assert [entry.name for entry in sorted(tmp_path.iterdir())] == ["plate.stl", "spare"]
+
+
+def wait_until(done: Callable[[], bool]) -> None:
+    """Fail where something does not happen within half a minute."""
+    deadline = time.monotonic() + 30.0
+    while not done():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_fibres_at_the_skin_of_a_meshed_starfish(tmp_path: Path) -> None:
+    mesh, tips, thick = starfish(tmp_path / "starfish.obj")
+    for depth in (2e-3, 5e-4, 1e-4, 0.0):
+        lines = [np.outer(np.linspace(0.1, 0.9, 7), (*tip, 0.0)) for tip in tips]
+        fibers = tuple(
+            Fiber(
+                name=f"arm_{arm}",
+                kind=FiberKind.LONGITUDINAL,
+                vertices=line + np.array([0.0, 0.0, thick - depth]),
+            )
+            for arm, line in enumerate(lines)
+        )
+        group = MuscleGroup(name="top", fibers=fibers, strength=3e5, kernel_width=0.04)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MeshWarning)
+            layout = build_muscle_layout(Character(name="star", mesh=mesh, muscles=(group,)))
+        np.testing.assert_allclose(layout.rest_lengths, 0.3 * 0.8 / 6, rtol=0.05)
+
+
+def starfish(path: Path) -> tuple[TetMesh, NDArray[np.float64], float]:
+    """A star of five arms filled from its OBJ, the tips (5, 2) of its arms and its thickness, m."""
+    thick, count = 0.06, 10
+    angle = np.pi / 2 + np.pi * np.arange(count) / 5
+    radius = np.where(np.arange(count) % 2 == 0, 0.3, 0.1)
+    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    points = [(*p, z) for z in (0.0, thick) for p in ring] + [(0.0, 0.0, 0.0), (0.0, 0.0, thick)]
+    faces = []
+    for i in range(count):
+        j = (i + 1) % count
+        faces += [(count + i, count + j, 2 * count + 1), (j, i, 2 * count)]
+        faces += [(i, j, count + j), (i, count + j, count + i)]
+    lines = ["v {:.9f} {:.9f} {:.9f}".format(*point) for point in points]
+    lines += ["f {} {} {}".format(*(corner + 1 for corner in face)) for face in faces]
+    path.write_text("\n".join(lines))
+    return TetMesh.from_surface(path), ring[::2], thick

@@ -44,10 +44,11 @@ def test_inner_nodes_are_not_on_the_surface() -> None:
 
 
 def test_arrays_are_read_only_copies(cube_points: NDArray[np.float64]) -> None:
-    mesh = TetMesh.from_arrays(cube_points, [[0, 1, 2, 4]])
+    mesh = TetMesh.from_arrays(cube_points[[0, 1, 2, 4]], [[0, 1, 2, 3]])
     cube_points[0] = 9.0
     assert mesh.bounds[1, 0] == 1.0
-    for array in (mesh.points, mesh.tets, mesh.surface, mesh.volumes, mesh.bounds):
+    assert mesh.node_of.tolist() == [0, 1, 2, 3]
+    for array in (mesh.points, mesh.tets, mesh.surface, mesh.volumes, mesh.bounds, mesh.node_of):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
     with pytest.raises(FrozenInstanceError):

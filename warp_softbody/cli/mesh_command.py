@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_softbody.errors import InputError
+from warp_softbody.errors import InputError, MeshWarning
 
 if TYPE_CHECKING:
     from warp_softbody.mesh import TetMesh
@@ -48,20 +50,33 @@ def run(args: argparse.Namespace) -> int:
         SoftBodyError: the sentence for the user; no output file is left behind.
     """
     from warp_softbody.mesh_files import check_writable
-    from warp_softbody.meshing.surface import EXTENSIONS
 
     # Meshing may take minutes: a wrong output path is told before, not after.
     check_writable(args.output)
-    if args.input.suffix.lower() in EXTENSIONS:
-        mesh, surface_volume = _from_surface(args)
-    else:
-        mesh, surface_volume = _from_tets(args), None
-    mesh.write(args.output)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", MeshWarning)
+        warnings.showwarning = _show  # type: ignore[assignment]
+        mesh, surface_volume = _mesh(args)
+        mesh.write(args.output)
     if args.json:
         print(_as_json(args, mesh, surface_volume))
     elif not args.quiet:
         print(_as_text(mesh, surface_volume))
     return 0
+
+
+def _show(message: Warning | str, *_: object) -> None:
+    """One line on stderr, as errors have."""
+    print(f"warp-softbody: {message}", file=sys.stderr)
+
+
+def _mesh(args: argparse.Namespace) -> tuple[TetMesh, float | None]:
+    """The mesh, and the volume in m^3 that a surface encloses."""
+    from warp_softbody.meshing.surface import EXTENSIONS
+
+    if args.input.suffix.lower() in EXTENSIONS:
+        return _from_surface(args)
+    return _from_tets(args), None
 
 
 def _from_surface(args: argparse.Namespace) -> tuple[TetMesh, float]:
@@ -109,5 +124,6 @@ def _as_json(args: argparse.Namespace, mesh: TetMesh, surface_volume: float | No
             "surface_volume": surface_volume,
             "smallest_dihedral_angle": mesh.smallest_dihedral_angle,
             "bounds": mesh.bounds.tolist(),
+            "regions": {name: len(nodes) for name, nodes in mesh.regions.items()},
         }
     )

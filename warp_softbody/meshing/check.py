@@ -40,6 +40,6 @@ def check_against_surface(mesh: TetMesh, surface: Surface, *, mesher: str, envel
     if abs(mesh.volume - surface.volume) > surface.area * distance:
         raise MeshError(
             f"{surface.source}: the mesh by {mesher} has a volume of {mesh.volume:.6g} m^3, but "
-            f"the surface encloses {surface.volume:.6g} m^3; look for thin walls, cavities or "
-            f"self-intersections, or try a smaller size"
+            f"the surface encloses {surface.volume:.6g} m^3; "
+            + (surface.crossing or "look for thin walls or cavities, or try a smaller size")
         )

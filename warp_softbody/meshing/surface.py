@@ -1,9 +1,9 @@
-"""A closed surface to be filled with tets, read by trimesh and checked."""
+"""A closed surface to be filled with tets: read, cleaned and checked."""
 
 from __future__ import annotations
 
-import contextlib
-import io
+import os
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,13 +11,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.errors import MeshError
+from warp_softbody.close_points import first_of_close
+from warp_softbody.errors import InputError, MeshError, MeshWarning
+from warp_softbody.mesh_checks import LARGEST_COORDINATE
+from warp_softbody.mesh_formats.contents import ReadingFailed
+from warp_softbody.mesh_formats.polygons import Triangles
+from warp_softbody.mesh_formats.surface_files import READERS, read_surface
+from warp_softbody.meshing.surface_checks import check_closed, enclosed_volume, face_areas
 
 if TYPE_CHECKING:
     import trimesh
 
-EXTENSIONS = (".stl", ".obj", ".ply", ".off")
+EXTENSIONS = tuple(READERS)
 """Extensions of surface files."""
+
+MERGE_TOLERANCE = 1e-8
+"""Points closer than this times the diagonal of the box are one point: files give single precision
+or some seven digits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +40,7 @@ class Surface:
         volume: enclosed volume, m^3, positive.
         area: m^2.
         source: what sentences call it, such as its file name.
+        crossing: a clause on triangles that cross each other, empty where none do.
     """
 
     points: npt.NDArray[np.float64]
@@ -37,6 +48,7 @@ class Surface:
     volume: float
     area: float
     source: str
+    crossing: str = ""
 
     @property
     def bounds(self) -> npt.NDArray[np.float64]:
@@ -48,45 +60,50 @@ class Surface:
         """Length of the box's diagonal, m."""
         return float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
 
+    @property
+    def thickness(self) -> float:
+        """Twice the volume over the area, m: that of a plate, the radius of a wire."""
+        return 2.0 * self.volume / self.area
+
 
 def load_surface(surface: str | Path | trimesh.Trimesh) -> Surface:
     """Take a surface file or a trimesh surface as one closed surface.
 
-    Points that differ only in their texture or normal are merged, and a surface that is inside out
-    as a whole is turned.
+    Points at one place are merged, and a surface that is inside out as a whole is turned. A
+    `MeshWarning` tells of points and triangles that were left out and of triangles that cross.
 
     Raises:
         MeshError: missing or unreadable file, no triangles, points that are not finite, open edges,
-            triangles that disagree about the outside, no volume, or several parts.
+            triangles that disagree about the outside, no volume, or several parts; flaws are told
+            with their number and the place of one.
     """
     if isinstance(surface, str | Path):
         source = str(surface)
-        mesh = _read(Path(surface))
+        given = _read(Path(surface))
+    elif not (hasattr(surface, "vertices") and hasattr(surface, "faces")):
+        raise InputError(
+            f"a surface is a file's path or has vertices and faces, got {type(surface).__name__}"
+        )
     else:
         source = "surface"
-        mesh = surface.copy()
-    _check_points(mesh, source)
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    mesh.update_faces(mesh.nondegenerate_faces())
-    mesh.update_faces(mesh.unique_faces())
-    mesh.remove_unreferenced_vertices()
-    _check_closed(mesh, source)
-    if _volume(mesh) < 0.0:
-        mesh.invert()
+        given = Triangles(np.array(surface.vertices, np.float64), np.array(surface.faces, np.int64))
+    _check_points(given, source)
+    points, faces = _cleaned(given, source)
+    faces, crossing, touching = check_closed(points, faces, source)
+    for clause in filter(None, (crossing, touching)):
+        warnings.warn(f"{source}: {clause}", MeshWarning, stacklevel=2)
     return Surface(
-        points=np.array(mesh.vertices, dtype=np.float64),
-        faces=np.array(mesh.faces, dtype=np.int32),
-        volume=_volume(mesh),
-        area=float(mesh.area),
+        points=points,
+        faces=faces.astype(np.int32),
+        volume=enclosed_volume(points, faces),
+        area=float(face_areas(points, faces).sum()),
         source=source,
+        crossing=crossing,
     )
 
 
-def _read(path: Path) -> trimesh.Trimesh:
-    """Read a file without any of trimesh's own repairs, which would drop what is to be reported."""
-    import trimesh
-
-    if not path.is_file():
+def _read(path: Path) -> Triangles:
+    if not os.path.isfile(path):
         raise MeshError(f"{path}: there is no such file")
     if path.suffix.lower() not in EXTENSIONS:
         raise MeshError(
@@ -94,49 +111,51 @@ def _read(path: Path) -> trimesh.Trimesh:
             f"take one of {', '.join(EXTENSIONS)}"
         )
     try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            mesh = trimesh.load_mesh(path, process=False)
-    # Broken files make trimesh raise almost anything.
-    except Exception as error:
-        reason = " ".join(str(error).split())
-        raise MeshError(f"{path}: cannot be read as a {path.suffix} surface: {reason}") from error
-    if not isinstance(mesh, trimesh.Trimesh):
-        raise MeshError(f"{path}: it holds no triangles")
-    return mesh
+        return read_surface(path)
+    except (OSError, ReadingFailed) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise MeshError(
+            f"{path}: cannot be read as a {path.suffix.lower()} surface: {reason}"
+        ) from error
 
 
-def _check_points(mesh: trimesh.Trimesh, source: str) -> None:
-    points = np.asarray(mesh.vertices, dtype=np.float64)
-    if len(mesh.faces) == 0:
+def _check_points(given: Triangles, source: str) -> None:
+    points, faces = given
+    if len(faces) == 0:
         raise MeshError(f"{source}: it holds no triangles")
+    wrong = faces[(faces < 0) | (faces >= len(points))]
+    if wrong.size:
+        raise MeshError(f"{source}: a triangle has point {wrong[0]} of {len(points)} points")
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if wrong.size:
         raise MeshError(f"{source}: point {wrong[0]} is not finite: {points[wrong[0]].tolist()}")
+    used = np.unique(faces)
+    wrong = used[(np.abs(points[used]) > LARGEST_COORDINATE).any(axis=1)]
+    if wrong.size:
+        raise MeshError(
+            f"{source}: point {wrong[0]} lies too far from the origin: "
+            f"{points[wrong[0]].tolist()}, but at most {LARGEST_COORDINATE:g} m are taken"
+        )
 
 
-def _check_closed(mesh: trimesh.Trimesh, source: str) -> None:
-    """Refuse what does not enclose one volume."""
-    if len(mesh.faces) == 0:
-        raise MeshError(f"{source}: it holds no triangles of positive area")
-    edges = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    open_count, crowded = int((uses == 1).sum()), int((uses > 2).sum())
-    if open_count:
-        raise MeshError(f"{source}: the surface is not closed: it has {open_count} open edges")
-    if crowded:
-        raise MeshError(f"{source}: {crowded} edges are shared by more than two triangles")
-    parts = int(mesh.body_count)
-    if parts != 1:
-        raise MeshError(f"{source}: the surface has {parts} separate parts, but a body is one part")
-    if not mesh.is_winding_consistent:
-        raise MeshError(f"{source}: neighbouring triangles disagree about which side is outside")
-    smallest = 1e-12 * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) ** 3
-    volume = _volume(mesh)
-    if abs(volume) <= smallest:
-        raise MeshError(f"{source}: the surface encloses no volume ({volume:.3g} m^3)")
-
-
-def _volume(mesh: trimesh.Trimesh) -> float:
-    """Enclosed volume, m^3; trimesh's own divides by it on the way."""
-    a, b, c = (mesh.triangles[:, corner] - mesh.vertices[0] for corner in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+def _cleaned(given: Triangles, source: str) -> Triangles:
+    """Points that triangles use, each once, and triangles with three corners, each once."""
+    used, compact = np.unique(given.faces, return_inverse=True)
+    points = given.points[used]
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    faces = first_of_close(points, MERGE_TOLERANCE * diagonal)[compact.reshape(-1, 3)]
+    flat = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
+    faces = faces[~flat]
+    # Each triangle begins with its lowest point, so that equal ones with one outside are equal.
+    turn = (np.argmin(faces, axis=1)[:, None] + np.arange(3)) % 3
+    _, first = np.unique(np.take_along_axis(faces, turn, axis=1), axis=0, return_index=True)
+    left_out = {
+        "points that no triangle uses": len(given.points) - len(used),
+        "triangles without area": int(flat.sum()),
+        "triangles that stand twice": len(faces) - len(first),
+    }
+    told = [f"{count} {what}" for what, count in left_out.items() if count]
+    if told:
+        warnings.warn(f"{source}: {', '.join(told)} are left out", MeshWarning, stacklevel=3)
+    kept, compact = np.unique(faces[np.sort(first)], return_inverse=True)
+    return Triangles(points[kept], compact.reshape(-1, 3).astype(np.int64))

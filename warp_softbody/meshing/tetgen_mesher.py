@@ -1,4 +1,4 @@
-"""TetGen: exact surface, the same mesh every time, an optional extra (its core is AGPL)."""
+"""TetGen: exact surface, the same mesh every time; optional, its core is under the AGPL."""
 
 from __future__ import annotations
 

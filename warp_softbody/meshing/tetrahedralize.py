@@ -6,10 +6,14 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_softbody.errors import InputError
+import numpy as np
+
+from warp_softbody.errors import InputError, MeshError
 from warp_softbody.mesh import TetMesh
+from warp_softbody.mesh_checks import clean_arrays
 from warp_softbody.meshing import ftetwild_mesher, tetgen_mesher
 from warp_softbody.meshing.check import check_against_surface
+from warp_softbody.meshing.ftetwild_mesher import TETS_PER_CUBE
 from warp_softbody.meshing.surface import Surface, load_surface
 
 if TYPE_CHECKING:
@@ -19,6 +23,10 @@ MESHERS = ("ftetwild", "tetgen")
 
 DEFAULT_SIZE = 0.1
 """Target edge length over the diagonal of the box when no size is given."""
+
+
+MOST_TETS = 1e7
+"""Tets that a size may ask for; more would take a day and all memory."""
 
 
 def tetrahedralize(
@@ -41,10 +49,16 @@ def tetrahedralize(
     """
     if mesher not in MESHERS:
         raise InputError(f"there is no mesher {mesher!r}; there are: {', '.join(MESHERS)}")
-    if size is not None and not (math.isfinite(size) and size > 0.0):
+    number = isinstance(size, int | float | np.number) and not isinstance(size, bool)
+    if size is not None and not (number and math.isfinite(size) and size > 0.0):
         raise InputError(f"the mesh size must be finite and positive, got {size!r}")
     closed = surface if isinstance(surface, Surface) else load_surface(surface)
-    target = DEFAULT_SIZE * closed.diagonal if size is None else size
+    target = _target(closed, size)
+    if mesher == "tetgen" and closed.crossing:
+        raise MeshError(
+            f"{closed.source}: {closed.crossing}, which tetgen does not take; "
+            f"mend the surface or use the mesher 'ftetwild'"
+        )
     if mesher == "tetgen":
         options = tetgen_mesher.options_for_size(target)
         points, tets = tetgen_mesher.mesh_with_tetgen(
@@ -54,6 +68,25 @@ def tetrahedralize(
     else:
         points, tets = ftetwild_mesher.mesh_with_ftetwild(closed, target)
         envelope = ftetwild_mesher.ENVELOPE
-    mesh = TetMesh.from_arrays(points, tets, source=closed.source, allow_parts=True)
+    clean = clean_arrays(points, tets, source=closed.source, allow_parts=True)
+    mesh = TetMesh(clean.points, clean.tets)
     check_against_surface(mesh, closed, mesher=mesher, envelope=envelope)
     return mesh
+
+
+def _target(surface: Surface, size: float | None) -> float:
+    """Edge length aimed at, m; no longer than the surface's box.
+
+    Raises:
+        InputError: the size asks for more than `MOST_TETS`.
+    """
+    if size is None:
+        return DEFAULT_SIZE * surface.diagonal
+    filled = surface.volume / surface.diagonal**3
+    fineness = max(1.0, min(surface.diagonal / size, 1e9))
+    if (tets := TETS_PER_CUBE * filled * fineness**3) > MOST_TETS:
+        raise InputError(
+            f"{surface.source}: a mesh size of {size:g} m asks for some {tets:.1g} tets, but at "
+            f"most {MOST_TETS:g} are made"
+        )
+    return min(float(size), surface.diagonal)
