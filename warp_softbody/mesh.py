@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import mesh_geometry
-from warp_softbody.mesh_checks import clean_arrays
+from warp_softbody import checks, input_kinds, mesh_geometry
+from warp_softbody.errors import MeshError
+from warp_softbody.mesh_checks import checked_arrays, clean_arrays
 from warp_softbody.mesh_files import read_tets, write_tets
+from warp_softbody.value import FrozenValue
 
 if TYPE_CHECKING:
     import trimesh
@@ -22,11 +24,11 @@ IntArray = npt.NDArray[np.int32]
 Number = TypeVar("Number", bound=np.generic)
 
 
-@dataclass(frozen=True, eq=False)
-class TetMesh:
+@dataclass(frozen=True, eq=False, repr=False)
+class TetMesh(FrozenValue):
     """Points and tets in the rest pose; make one by a `from_...` method or `read`.
 
-    The constructor itself takes arrays that are known to be good, such as another mesh's.
+    The constructor itself repairs nothing: it takes arrays such as another mesh's.
 
     Attributes:
         points: (n, 3) float64 m, read-only; each is a corner of some tet.
@@ -37,9 +39,15 @@ class TetMesh:
     tets: IntArray
 
     def __post_init__(self) -> None:
-        """Keep read-only copies."""
-        object.__setattr__(self, "points", _frozen(np.array(self.points, dtype=np.float64)))
-        object.__setattr__(self, "tets", _frozen(np.array(self.tets, dtype=np.int32)))
+        """Keep read-only copies of arrays that can be a mesh's."""
+        points, tets = checked_arrays(self.points, self.tets, source="TetMesh")
+        checks.keep(self, points=_frozen(points), tets=_frozen(tets))
+        wrong = np.flatnonzero(~(self.volumes > 0.0))
+        if wrong.size:
+            raise MeshError(
+                f"TetMesh: tet {wrong[0]} has a volume of {self.volumes[wrong[0]]:.3g} m^3, but it "
+                "must be positive; TetMesh.from_arrays turns tets round"
+            )
 
     @classmethod
     def from_arrays(
@@ -64,6 +72,8 @@ class TetMesh:
         Raises:
             MeshError: what is wrong, naming the source, the field and the value.
         """
+        input_kinds.name("source of TetMesh.from_arrays", source)
+        checks.truth("allow_parts of TetMesh.from_arrays", allow_parts)
         clean = clean_arrays(points, tets, source=source, allow_parts=allow_parts)
         return cls(clean.points, clean.tets)
 
@@ -74,7 +84,7 @@ class TetMesh:
         Raises:
             MeshError: the file is missing, unreadable, without tets, or its mesh is refused.
         """
-        points, tets = read_tets(Path(path))
+        points, tets = read_tets(input_kinds.path("path of TetMesh.read", path))
         return cls.from_arrays(points, tets, source=str(path), allow_parts=allow_parts)
 
     @classmethod
@@ -108,7 +118,7 @@ class TetMesh:
         Raises:
             OutputError: an extension that cannot be written, or a folder that cannot.
         """
-        write_tets(Path(path), self.points, self.tets)
+        write_tets(input_kinds.path("path of TetMesh.write", path), self.points, self.tets)
 
     @cached_property
     def surface(self) -> IntArray:

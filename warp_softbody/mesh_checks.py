@@ -27,6 +27,10 @@ FLAT_TOLERANCE = 1e-12
 """A tet of less volume than this times its longest edge cubed is flat."""
 
 
+LARGEST_COORDINATE = 1e9
+"""m, beyond which a point is refused; volumes and their sums stay far from overflow."""
+
+
 class CleanArrays(NamedTuple):
     """Points (n, 3) float64 m and tets (m, 4) int32 that keep every promise of `TetMesh`."""
 
@@ -45,8 +49,7 @@ def clean_arrays(
         MeshError: wrong shapes, values that are not finite, indices out of range, flat or
             overlapping tets, no tets, or several parts without `allow_parts`.
     """
-    clean = CleanArrays(_checked_points(points, source), _checked_tets(tets, source))
-    _check_range(clean, source)
+    clean = checked_arrays(points, tets, source=source)
     clean = _without_unused(_merged(clean))
     _check_distinct(clean, source)
     clean = _oriented(clean, source)
@@ -60,23 +63,43 @@ def clean_arrays(
     return clean
 
 
+def checked_arrays(points: npt.ArrayLike, tets: npt.ArrayLike, *, source: str) -> CleanArrays:
+    """Copies of the arrays in the right types, nothing repaired.
+
+    Raises:
+        MeshError: wrong shapes, values that are not finite, indices out of range, or no tets.
+    """
+    clean = CleanArrays(_checked_points(points, source), _checked_tets(tets, source))
+    _check_range(clean, source)
+    return clean
+
+
 def _checked_points(points: npt.ArrayLike, source: str) -> FloatArray:
     try:
-        array = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise MeshError(f"{source}: points are not numbers: {error}") from error
+        given = np.asarray(points)
+    except Exception as error:
+        # rows of unequal length, or an object whose own conversion fails
+        raise MeshError(f"{source}: points are not an array of numbers: {error}") from error
+    if given.dtype.kind not in "iuf":
+        raise MeshError(f"{source}: points are not numbers, but of the type {given.dtype}")
+    array = np.array(given, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"{source}: points must have shape (n, 3), got {array.shape}")
-    wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    wrong = np.flatnonzero(~(np.abs(array) < LARGEST_COORDINATE).all(axis=1))
     if wrong.size:
-        raise MeshError(f"{source}: point {wrong[0]} is not finite: {array[wrong[0]].tolist()}")
+        place = array[wrong[0]].tolist()
+        if np.isfinite(place).all():
+            raise MeshError(
+                f"{source}: point {wrong[0]} is further away than {LARGEST_COORDINATE:g} m: {place}"
+            )
+        raise MeshError(f"{source}: point {wrong[0]} is not finite: {place}")
     return array
 
 
 def _checked_tets(tets: npt.ArrayLike, source: str) -> IntArray:
     try:
         array = np.asarray(tets)
-    except ValueError as error:
+    except Exception as error:
         raise MeshError(f"{source}: tets are not an array: {error}") from error
     if array.size == 0:
         raise MeshError(f"{source}: the mesh is empty: it has no tets")

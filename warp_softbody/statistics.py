@@ -68,7 +68,8 @@ class RunSummary:
         slept_steps: left out because all was at rest.
         signorini, coulomb: largest violation of a contact law by a node in any step, N, as in
             `StepStatistics`.
-        status: "complete", "interrupted" or "not finite".
+        status: "complete"; "stopped" while frames of a run were not asked for; "interrupted" by the
+            user; "failed" where a step raised, as where a controller did; or "not finite".
         stage: path of the stage, or None.
     """
 
