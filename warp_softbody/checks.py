@@ -8,8 +8,8 @@ Checks of node sets, names and other things with a structure of their own are in
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from numbers import Rational, Real
 from typing import Any, NoReturn, TypeVar
 
@@ -70,17 +70,13 @@ def number(
         InputError: it is none, or outside the range.
     """
     given = plain(value)
-    try:
-        real = float(given) if _is_real(given) else math.nan
-    except (OverflowError, ValueError, TypeError):
-        real = math.nan
+    real = math.nan
+    if isinstance(given, Real) and not isinstance(given, bool):
+        with suppress(OverflowError, ValueError, TypeError):
+            real = float(given)
     if not (math.isfinite(real) and low <= real <= high and above < real < below):
         refuse(label, _wanted(low, high, above, below, unit), value)
     return real
-
-
-def _is_real(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _wanted(low: float, high: float, above: float, below: float, unit: str) -> str:
@@ -91,7 +87,7 @@ def _wanted(low: float, high: float, above: float, below: float, unit: str) -> s
         return f"{text} from {low:g} to {high:g}"
     bounds = []
     if low > -LARGEST:
-        bounds.append("not negative" if low == 0.0 else f"at least {low:g}")
+        bounds.append(f"at least {low:g}")
     if high < LARGEST:
         bounds.append(f"at most {high:g}")
     if math.isfinite(above) and above != 0.0:
@@ -106,13 +102,13 @@ def whole(label: str, value: object, *, low: int = 0, high: int = 2**31 - 1) -> 
     given = plain(value)
     count = None
     if isinstance(given, Rational) and not isinstance(given, bool) and given.denominator == 1:
-        count = int(given)
+        count = int(given.numerator)
     elif isinstance(given, float) and given.is_integer():
         count = int(given)
     if count is None or not low <= count <= high:
         bounds = f"from {low} to {high}" if high < 2**31 - 1 else f"of at least {low}"
         refuse(label, f"a whole number {bounds}", value)
-    return operator.index(count)
+    return count
 
 
 def truth(label: str, value: object) -> bool:

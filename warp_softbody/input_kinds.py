@@ -95,7 +95,7 @@ def distinct(label: str, given: Iterable[str]) -> None:
     seen: set[str] = set()
     for item in given:
         if item in seen:
-            raise InputError(f"{label}: two have the name {item!r}, which must be different")
+            raise InputError(f"two {label} have the name {item!r}")
         seen.add(item)
 
 

@@ -188,7 +188,7 @@ def _forget_failures() -> None:
     from warp_softbody.kernels.precision import MODULES
 
     for name in MODULES:
-        wp.get_module(name).mark_modified()
+        wp.get_module(name).mark_modified()  # type: ignore[no-untyped-call]
 
 
 def _reason(error: Exception) -> str:
