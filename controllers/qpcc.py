@@ -23,7 +23,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import lapack
 
+from warp_softbody import checks
 from warp_softbody.errors import InputError
+from warp_softbody.value import FrozenValue
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -36,8 +38,7 @@ CONVEXITY_TOLERANCE = 1e-9
 
 def uniform_directions(count: int = 8) -> FloatArray:
     """``count`` unit vectors of the tangent plane at equal angles, the first along tangent 1."""
-    if count < 3:
-        raise InputError(f"a friction cone needs at least 3 directions, got {count}")
+    count = checks.whole("count of uniform_directions", count, low=3, high=10_000)
     copy: FloatArray = _uniform(count).copy()
     return copy
 
@@ -57,8 +58,8 @@ def _no_squares() -> FloatArray:
     return np.zeros((0, 0))
 
 
-@dataclass(frozen=True, kw_only=True)
-class ContactQPCC:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ContactQPCC(FrozenValue):
     """One step's control problem; arrays are kept as read-only float64 copies.
 
     Local frame of a contact: (normal, tangent 1, tangent 2), the normal pointing out of the ground.
@@ -98,9 +99,11 @@ class ContactQPCC:
         for name in (entry.name for entry in fields(self)):
             value = getattr(self, name)
             if name != "constant":
-                array = np.array(value, np.float64, order="C")
+                plain = checks.array(f"ContactQPCC.{name}", value, None, finite=False)
+                array = np.array(plain, np.float64, order="C")
                 array.setflags(write=False)
                 object.__setattr__(self, name, array)
+        checks.keep(self, constant=checks.number("ContactQPCC.constant", self.constant))
         if self.friction.ndim == 0 and self.velocity_offset.ndim == 1:
             spread = np.full(self.velocity_offset.size // 3, float(self.friction))
             object.__setattr__(self, "friction", spread)

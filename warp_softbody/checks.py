@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from numbers import Rational, Real
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +69,8 @@ def number(
     Raises:
         InputError: it is none, or outside the range.
     """
+    if type(value) is float and low <= value <= high and above < value < below:
+        return value
     given = plain(value)
     real = math.nan
     if isinstance(given, Real) and not isinstance(given, bool):
@@ -142,6 +144,11 @@ def instance(label: str, value: object, kind: type[Kind]) -> Kind:
     return value
 
 
+def optional(label: str, value: Kind | None, kind: type[Kind]) -> Kind:
+    """An object of a class, or one made without arguments where None is given."""
+    return kind() if value is None else instance(label, value, kind)
+
+
 def items(label: str, value: object, kind: type[Kind]) -> tuple[Kind, ...]:
     """Several objects of a class, in a tuple, a list or whatever else can be walked through."""
     if isinstance(value, kind) or isinstance(value, str | bytes) or not isinstance(value, Iterable):
@@ -192,17 +199,19 @@ def direction(label: str, value: object, size: int = 3) -> tuple[float, ...]:
 def array(
     label: str,
     value: object,
-    shape: tuple[int | None, ...],
+    shape: tuple[int | None, ...] | None,
     *,
     finite: bool = True,
     unit: str = "",
 ) -> FloatArray:
     """Numbers as a float64 array; None in the shape stands for any length.
 
-    An array that is float64 already is not copied.
+    An array that is float64 already is not copied. A shape of None takes any.
     """
+    if _is_ready(value, shape, finite):
+        return cast(FloatArray, value)
     wanted = f"an array of {'finite ' if finite else ''}numbers{f' of {unit}' if unit else ''}"
-    wanted += f" of shape {_shape(shape)}"
+    wanted += "" if shape is None else f" of shape {_shape(shape)}"
     try:
         given = np.asarray(value)
     except Exception:
@@ -210,10 +219,7 @@ def array(
         refuse(label, wanted, value)
     if given.dtype.kind not in "iuf" and not (given.size == 0 and given.dtype.kind != "O"):
         refuse(label, wanted, value)
-    fits = given.ndim == len(shape) and all(
-        want is None or want == have for want, have in zip(shape, given.shape, strict=True)
-    )
-    if not fits:
+    if not _fits(given.shape, shape):
         raise InputError(f"{label} must be {wanted}, not one of shape {given.shape}")
     with np.errstate(over="ignore"):
         numbers = np.asarray(given, dtype=np.float64)
@@ -221,6 +227,22 @@ def array(
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(numbers))[0])
         raise InputError(f"{label} must be {wanted}, but it holds {numbers[place]} at {place}")
     return numbers
+
+
+def _is_ready(value: object, shape: tuple[int | None, ...] | None, finite: bool) -> bool:
+    """Whether nothing is wrong with an array; told fast, for what is made in every step."""
+    if type(value) is not np.ndarray or value.dtype != np.float64 or not _fits(value.shape, shape):
+        return False
+    # a finite sum has only finite terms
+    return not finite or math.isfinite(value.sum())
+
+
+def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...] | None) -> bool:
+    if wanted is None:
+        return True
+    return len(shape) == len(wanted) and all(
+        want is None or want == have for want, have in zip(wanted, shape, strict=True)
+    )
 
 
 def _shape(shape: tuple[int | None, ...]) -> str:
