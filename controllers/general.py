@@ -81,7 +81,7 @@ class QPCC(FrozenValue):
             array = missing[name] if name in missing and given.size == 0 else given
             array.setflags(write=False)
             object.__setattr__(self, name, array)
-        checks.keep(self, c0=checks.number("QPCC.c0", self.c0))
+        checks.keep(self, c0=checks.number("QPCC.c0", self.c0, low=-1e300, high=1e300))
         self._check_shapes(count)
         self._check_numbers()
 

@@ -103,7 +103,8 @@ class ContactQPCC(FrozenValue):
                 array = np.array(plain, np.float64, order="C")
                 array.setflags(write=False)
                 object.__setattr__(self, name, array)
-        checks.keep(self, constant=checks.number("ContactQPCC.constant", self.constant))
+        constant = checks.number("ContactQPCC.constant", self.constant, low=-1e300, high=1e300)
+        checks.keep(self, constant=constant)
         if self.friction.ndim == 0 and self.velocity_offset.ndim == 1:
             spread = np.full(self.velocity_offset.size // 3, float(self.friction))
             object.__setattr__(self, "friction", spread)

@@ -162,7 +162,7 @@ class Bridge:
         model = self._stepper.model
         if len(model.body.fixed):
             return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
-        by_node = rows.reshape(len(rows), -1, 3)
+        by_node = rows.reshape(len(rows), model.node_count, 3)
         first, last = by_node[:, 0] / model.masses[0], by_node[:, -1] / model.masses[-1]
         # most rows are told apart by two nodes
         size = np.abs(first).max(axis=1, keepdims=True)
