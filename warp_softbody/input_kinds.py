@@ -53,17 +53,23 @@ def node_set(label: str, value: object, count: int) -> IntArray:
     return result
 
 
-def name(label: str, value: object) -> str:
-    """A text that can name a thing in a file: not empty, UTF-8, printable, not too long."""
-    given = plain(value)
-    if not isinstance(given, str):
+def text(label: str, value: object) -> str:
+    """Any text that UTF-8 can hold."""
+    if not isinstance(value, str):
         refuse(label, "a text", value)
-    if not given.strip():
-        refuse(label, "a text that is not empty", value)
     try:
-        parts = [part.encode("utf-8") for part in given.split(".")]
+        value.encode("utf-8")
     except UnicodeEncodeError:
         refuse(label, "a text that UTF-8 can hold", value)
+    return value
+
+
+def name(label: str, value: object) -> str:
+    """A text that can name a thing in a file: not empty, UTF-8, printable, not too long."""
+    given = text(label, plain(value))
+    if not given.strip():
+        refuse(label, "a text that is not empty", value)
+    parts = [part.encode("utf-8") for part in given.split(".")]
     if not given.isprintable():
         refuse(label, "a text of printable characters", value)
     longest = max(len(part) for part in parts)

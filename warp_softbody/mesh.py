@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -110,6 +111,10 @@ class TetMesh(FrozenValue):
         """
         from warp_softbody.meshing import tetrahedralize
 
+        if isinstance(surface, str | os.PathLike):
+            surface = input_kinds.path("surface of TetMesh.from_surface", surface)
+        elif not all(hasattr(surface, name) for name in ("vertices", "faces", "merge_vertices")):
+            checks.refuse("surface of TetMesh.from_surface", "a file or a trimesh.Trimesh", surface)
         return tetrahedralize(surface, mesher=mesher, size=size)
 
     def write(self, path: str | Path) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from warp_softbody import checks
 from warp_softbody.errors import InputError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.meshing import ftetwild_mesher, tetgen_mesher
@@ -39,10 +39,12 @@ def tetrahedralize(
         MissingExtraError: the mesher is not installed.
         MeshError: unusable surface, failed meshing, or a mesh that is not the surface's.
     """
-    if mesher not in MESHERS:
-        raise InputError(f"there is no mesher {mesher!r}; there are: {', '.join(MESHERS)}")
-    if size is not None and not (math.isfinite(size) and size > 0.0):
-        raise InputError(f"the mesh size must be finite and positive, got {size!r}")
+    if not isinstance(mesher, str) or mesher not in MESHERS:
+        raise InputError(
+            f"there is no mesher {checks.shown(mesher)}; there are: {', '.join(MESHERS)}"
+        )
+    if size is not None:
+        size = checks.number("the mesh size", size, above=0.0, unit="m")
     closed = surface if isinstance(surface, Surface) else load_surface(surface)
     target = DEFAULT_SIZE * closed.diagonal if size is None else size
     if mesher == "tetgen":
