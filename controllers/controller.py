@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -62,9 +61,8 @@ class Goals:
 
 def segments(label: str, value: object) -> tuple[int, ...]:
     """Indices of muscle segments, in a tuple."""
-    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
-        checks.refuse(label, "a tuple of segment indices", value)
-    return tuple(checks.whole(f"{label}[{i}]", index) for i, index in enumerate(value))
+    given = checks.several(label, value, "a tuple of segment indices")
+    return tuple(checks.whole(f"{label}[{i}]", index) for i, index in enumerate(given))
 
 
 def seen(view: object) -> BodyView:

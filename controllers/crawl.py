@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
 from warp_softbody.controllers.jump import smooth_step
@@ -31,6 +31,11 @@ class CrawlPhase(Enum):
     REST = "rest"
     PULL = "pull"
     PUSH = "push"
+
+    @classmethod
+    def _missing_(cls, value: object) -> CrawlPhase:
+        """Refuse a value of none of the phases."""
+        return input_kinds.member("CrawlPhase", value, cls)
 
 
 @dataclass(frozen=True, kw_only=True)

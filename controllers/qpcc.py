@@ -105,6 +105,10 @@ class ContactQPCC(FrozenValue):
                 object.__setattr__(self, name, array)
         constant = checks.number("ContactQPCC.constant", self.constant, low=-1e300, high=1e300)
         checks.keep(self, constant=constant)
+        for name in ("directions", "squares"):
+            if getattr(self, name).ndim != 2:
+                shape = getattr(self, name).shape
+                raise InputError(f"ContactQPCC.{name} must be a matrix, not of shape {shape}")
         if self.friction.ndim == 0 and self.velocity_offset.ndim == 1:
             spread = np.full(self.velocity_offset.size // 3, float(self.friction))
             object.__setattr__(self, "friction", spread)
@@ -156,8 +160,6 @@ class ContactQPCC(FrozenValue):
     def _check_shapes(self) -> None:
         if self.lower.ndim != 1 or self.lower.size == 0:
             raise InputError(f"QPCC lower must hold one number per control, got {self.lower.shape}")
-        if self.directions.ndim != 2:
-            raise InputError(f"QPCC directions must be (m, 2), got {self.directions.shape}")
         nu, k, m = self.control_count, self.contact_count, len(self.directions)
         expected = {
             "hessian": (nu + 3 * k, nu + 3 * k),

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from warp_softbody import checks
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers.pieces import contact_mode
 from warp_softbody.controllers.qpcc import FloatArray
 from warp_softbody.frame import ContactMode
@@ -26,6 +26,11 @@ class QPCCStatus(Enum):
     NO_POINT = "no consistent point found within the budget; the point is not usable"
     INFEASIBLE = "no consistent point exists; the point is not usable"
     UNBOUNDED = "the objective falls without end along a ray from the point"
+
+    @classmethod
+    def _missing_(cls, value: object) -> QPCCStatus:
+        """Refuse a value of none of them."""
+        return input_kinds.member("QPCCStatus", value, cls)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +70,8 @@ class SolverOptions:
             checks.keep(self, **{name: count})
         checks.settle(self, positive=("tolerance", "qp_tolerance"))
         for name in ("time_limit", "reach"):
-            if getattr(self, name) != math.inf:
-                checks.settle(self, positive=(name,))
+            label, value = f"SolverOptions.{name}", getattr(self, name)
+            checks.keep(self, **{name: checks.number(label, value, above=0.0, infinite=True)})
         checks.truth("SolverOptions.kick_held", self.kick_held)
 
 

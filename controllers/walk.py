@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -246,14 +245,13 @@ class _FeetNow:
 def _checked_gait(gait: object, feet: int) -> Gait:
     """Which feet are swung together, one entry after the other."""
     wanted = f"a tuple of tuples of feet from 0 to {feet - 1}"
-    if isinstance(gait, str | bytes) or not isinstance(gait, Iterable):
+    entries = checks.several("gait of Walk", gait, wanted)
+    if not entries:
         checks.refuse("gait of Walk", wanted, gait)
-    entries = tuple(gait)
-    if not entries or any(isinstance(e, str) or not isinstance(e, Iterable) for e in entries):
-        checks.refuse("gait of Walk", wanted, gait)
+    swings = [checks.several("a swing in the gait of Walk", entry, wanted) for entry in entries]
     return tuple(
-        tuple(checks.whole("a foot in the gait of Walk", foot, high=feet - 1) for foot in entry)
-        for entry in entries
+        tuple(checks.whole("a foot in the gait of Walk", foot, high=feet - 1) for foot in swing)
+        for swing in swings
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,8 @@ def static_modes(search: Search, touching: BoolArray | None) -> tuple[int, ...]:
         return (STICK,) * count
     try:
         given = np.asarray(touching)
-    except ValueError:
+    except Exception:
+        # rows of unequal length, or an object whose own conversion fails
         checks.refuse("touching", f"{count} truth values", touching)
     if given.shape != (count,) or (count and given.dtype != np.bool_):
         checks.refuse("touching", f"{count} truth values", touching)
@@ -62,9 +63,7 @@ def _checked(search: Search, start: Sequence[int] | FloatArray) -> tuple[int, ..
     count = search.reduced.problem.contact_count
     highest = search.reduced.table.valid.shape[1]
     wanted = f"{count} modes from 0 to {highest - 1}"
-    if isinstance(start, str | bytes) or not isinstance(start, Iterable):
-        checks.refuse("start", wanted, start)
-    given = tuple(start)
+    given = checks.several("start", start, wanted)
     if len(given) != count:
         checks.refuse("start", wanted, given)
     try:

@@ -8,7 +8,7 @@ Checks of node sets, names and other things with a structure of their own are in
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from numbers import Rational, Real
 from typing import Any, NoReturn, TypeVar, cast
@@ -60,11 +60,13 @@ def number(
     high: float = LARGEST,
     above: float = -math.inf,
     below: float = math.inf,
+    infinite: bool = False,
     unit: str = "",
 ) -> float:
     """A finite number from ``low`` to ``high``, ends included, and between ``above`` and ``below``.
 
     Integers, floats, fractions and their NumPy forms are numbers; truth values and texts are not.
+    With ``infinite`` an endless one is taken too.
 
     Raises:
         InputError: it is none, or outside the range.
@@ -76,6 +78,8 @@ def number(
     if isinstance(given, Real) and not isinstance(given, bool):
         with suppress(OverflowError, ValueError, TypeError):
             real = float(given)
+    if infinite and real == math.inf:
+        return real
     if not (math.isfinite(real) and low <= real <= high and above < real < below):
         refuse(label, _wanted(low, high, above, below, unit), value)
     return real
@@ -151,25 +155,27 @@ def optional(label: str, value: Kind | None, kind: type[Kind]) -> Kind:
 
 def items(label: str, value: object, kind: type[Kind]) -> tuple[Kind, ...]:
     """Several objects of a class, in a tuple, a list or whatever else can be walked through."""
-    if isinstance(value, kind) or isinstance(value, str | bytes) or not isinstance(value, Iterable):
-        refuse(label, f"a tuple of {kind.__name__} objects", value)
-    return tuple(
-        instance(f"{label}[{i}]", item, kind) for i, item in enumerate(_walked(label, value))
-    )
+    wanted = f"a tuple of {kind.__name__} objects"
+    if isinstance(value, kind):
+        refuse(label, wanted, value)
+    given = several(label, value, wanted)
+    return tuple(instance(f"{label}[{i}]", item, kind) for i, item in enumerate(given))
 
 
-def _walked(label: str, value: Iterable[Any]) -> list[Any]:
+def several(label: str, value: object, wanted: str) -> list[Any]:
+    """What a tuple, a list or an array holds; a text or a dictionary is one thing."""
+    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+        refuse(label, wanted, value)
     try:
         return list(value)
-    except (TypeError, ValueError, RuntimeError) as error:
-        raise InputError(f"{label} cannot be read item by item: {error}") from error
+    except Exception:
+        # an array of no dimension, or a stranger whose iterator fails
+        refuse(label, wanted, value)
 
 
 def vector(label: str, value: object, size: int = 3, *, unit: str = "") -> tuple[float, ...]:
     """So many finite numbers, as a tuple of floats."""
-    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
-        refuse(label, _numbers(size, unit), value)
-    parts = _walked(label, value)
+    parts = several(label, value, _numbers(size, unit))
     if len(parts) != size:
         refuse(label, _numbers(size, unit), value)
     try:

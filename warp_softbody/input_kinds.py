@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.checks import plain, refuse, shown, vector
+from warp_softbody.checks import plain, refuse, several, shown, vector
 from warp_softbody.errors import InputError
 
 IntArray = npt.NDArray[np.int32]
@@ -20,6 +20,9 @@ Member = TypeVar("Member", bound=Enum)
 
 LONGEST_NAME = 200
 """Bytes of a name in UTF-8, or of each of its parts between dots: of a body and its region."""
+
+LONGEST_CHOICE = 20
+"""Characters of an enumeration's values beyond which sentences list its names."""
 
 
 def node_set(label: str, value: object, count: int) -> IntArray:
@@ -91,9 +94,8 @@ def identifier(label: str, value: object) -> str:
 
 def names(label: str, value: object) -> tuple[str, ...]:
     """Several names; a single text is none."""
-    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
-        refuse(label, "a tuple of names", value)
-    return tuple(name(f"{label}[{i}]", item) for i, item in enumerate(value))
+    given = several(label, value, "a tuple of names")
+    return tuple(name(f"{label}[{i}]", item) for i, item in enumerate(given))
 
 
 def distinct(label: str, given: Iterable[str]) -> None:
@@ -146,7 +148,10 @@ def member(label: str, value: object, kind: type[Member]) -> Member:
     for option in kind:
         if type(value) is type(option.value) and value == option.value:
             return option
-    refuse(label, f"one of {', '.join(str(option.value) for option in kind)}", value)
+    texts = [str(option.value) for option in kind]
+    if max(map(len, texts)) > LONGEST_CHOICE:
+        texts = [option.name for option in kind]
+    refuse(label, f"one of {', '.join(texts)}", value)
 
 
 def controller(label: str, value: object) -> Any:

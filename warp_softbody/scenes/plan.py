@@ -42,6 +42,7 @@ class Setting:
         checks.keep(self, default=checks.number(label, self.default, low=self.low, high=self.high))
         input_kinds.text("Setting.unit", self.unit)
         input_kinds.text("Setting.help", self.help)
+        checks.truth("Setting.whole", self.whole)
 
     def parse(self, value: str | float) -> float:
         """The number that a text or a number stands for, if it lies in the range."""
@@ -143,10 +144,12 @@ class SceneRecipe:
     def _values(self, given: Mapping[str, str | float]) -> dict[str, float]:
         known = [setting.name for setting in self.settings]
         for name in input_kinds.mapping(f"settings of scene {self.name!r}", given):
+            if not isinstance(name, str):
+                checks.refuse(f"name of a setting of scene {self.name!r}", "a text", name)
             if name not in known:
                 raise InputError(
                     f"scene {self.name!r} has no setting {checks.shown(name)}; "
-                    f"{suggestion(str(name), known)}"
+                    f"{suggestion(name, known)}"
                 )
         return {
             setting.name: setting.parse(given.get(setting.name, setting.default))
