@@ -35,7 +35,7 @@ class Measures(Value):
         tilt: (f,) degrees between the body's rest vertical, carried along by the rotation that fits
             all nodes best, and z.
         base_area: (f,) m^2, of the skin that is lowest at rest, projected on the ground.
-        finite: (f,) whether every position and velocity is finite.
+        finite: (f,) whether every position, velocity and activation is finite.
     """
 
     times: FloatArray
@@ -78,7 +78,9 @@ def measure(take: Take) -> Measures:
         centre_of_mass=np.asarray(masses @ take.tet_points / masses.sum()),
         tilt=_tilt(take.rest, take.tet_points, masses),
         base_area=_base_area(take),
-        finite=_finite(take.tet_points) & _finite(take.velocities),
+        finite=_finite(take.tet_points)
+        & _finite(take.velocities)
+        & np.isfinite(take.activations).all(axis=1),
     )
 
 

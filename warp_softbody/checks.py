@@ -81,7 +81,10 @@ def number(
     if infinite and real == math.inf:
         return real
     if not (math.isfinite(real) and low <= real <= high and above < real < below):
-        refuse(label, _wanted(low, high, above, below, unit), value)
+        wanted = _wanted(low, high, above, below, unit)
+        if math.isfinite(real) and abs(real) > LARGEST:
+            wanted = f"{wanted} and below {LARGEST:g} in size"
+        refuse(label, wanted, value)
     return real
 
 

@@ -90,7 +90,8 @@ class Simulation:
         if controller is not None and not self.model.segment_count:
             warnings.warn(
                 f"{name!r} has no muscles, so its controller is never asked",
-                stacklevel=2,
+                # the caller of the decorated constructor
+                stacklevel=3,
             )
         if controller is not None and self.model.segment_count:
             self._driver = Driver(controller, Bridge(self._stepper), method)
@@ -277,6 +278,13 @@ class Simulation:
                     f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
                 ) from error
             self._rest_lengths = decision.rest_lengths
+            if not np.isfinite(self._rest_lengths).all():
+                raise NotFiniteError(
+                    f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
+                    f"{self.name!r}",
+                    step=self._steps,
+                    time=self.time,
+                )
             self._planned = decision.planned
             self._log.qps.append(decision.result.qp_count)
             self._log.unconverged += not decision.converged

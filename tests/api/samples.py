@@ -32,7 +32,7 @@ def muscled() -> wsb.Character:
     low, high = mesh.points[:, 2] < 0.05, mesh.points[:, 2] > 0.15
     places = (*TAIL, *HEAD, *BELLY_PATCHES)
     patches = (*places, *(f"base_patch_{i}" for i in range(4)))
-    regions = {"base": low, "head": high, **dict.fromkeys(patches, low)}
+    regions: dict[str, Any] = {"base": low, "head": high, **dict.fromkeys(patches, low)}
     return wsb.Character(name="bar", mesh=mesh, muscles=(group,), regions=regions)
 
 
@@ -153,7 +153,7 @@ def control() -> Samples:
     """Names of the controllers."""
     objective = controllers.Objective(name="o", rows=np.ones((1, 54)), target=0.0, weight=1.0)  # type: ignore[arg-type]
     (patch,) = controllers.ground_patches(view(), ("base",))
-    linear = {"Q": np.eye(2), "c": np.ones(2)}
+    linear: dict[str, Any] = {"Q": np.eye(2), "c": np.ones(2)}
     found: Samples = {
         "ActivationCost": (controllers.ActivationCost, {}),
         "ContactQPCC": (controllers.ContactQPCC, contact_problem()),

@@ -136,7 +136,7 @@ def test_settings_of_scenes(name: str) -> None:
             assert setting.low <= number <= setting.high, (setting.name, label(value))
     for wrong in EVERY:
         try:
-            recipe.make({wrong: 1.0})  # type: ignore[dict-item]
+            recipe.make({wrong: 1.0})
         except (SoftBodyError, TypeError) as error:
             # what has no hash is no key of any dictionary
             assert isinstance(error, SoftBodyError) or "unhashable" in str(error)

@@ -25,12 +25,42 @@ def _numbers() -> Iterator[int]:
     yield from (1, 2, 3)
 
 
-TEXTS = ("soft", "", b"soft", "\udcff", "x" * 10_000, "a\0b", "~nobody/x")
-NO_NUMBERS = (None, True, 1j, [], (), {}, set(), [[1, 2], [3]], {"a": 1}, np.complex128(2.0))
-OBJECTS = (object(), Awkward(), int, math.sqrt, lambda: 1, _numbers, np.array(["a"], dtype=object))
-NOT_FINITE = (math.nan, math.inf, -math.inf, np.float32("nan"), np.array(math.nan))
-SIZES = (-1, 0, 1.7, 1e300, -1e300, 10**400, 2**63, -(2**70), np.int64(-5), np.longdouble(1e4000))
-ARRAYS = (
+TEXTS: tuple[Any, ...] = ("soft", "", b"soft", "\udcff", "x" * 10_000, "a\0b", "~nobody/x")
+NO_NUMBERS: tuple[Any, ...] = (
+    None,
+    True,
+    1j,
+    [],
+    (),
+    {},
+    set(),
+    [[1, 2], [3]],
+    {"a": 1},
+    np.complex128(2.0),
+)
+OBJECTS: tuple[Any, ...] = (
+    object(),
+    Awkward(),
+    int,
+    math.sqrt,
+    lambda: 1,
+    _numbers,
+    np.array(["a"], dtype=object),
+)
+NOT_FINITE: tuple[Any, ...] = (math.nan, math.inf, -math.inf, np.float32("nan"), np.array(math.nan))
+SIZES: tuple[Any, ...] = (
+    -1,
+    0,
+    1.7,
+    1e300,
+    -1e300,
+    10**400,
+    2**63,
+    -(2**70),
+    np.int64(-5),
+    np.longdouble(1e4000),
+)
+ARRAYS: tuple[Any, ...] = (
     np.zeros(3, dtype=bool),
     np.full(3, np.nan),
     np.full((2, 3), np.inf),
@@ -45,7 +75,7 @@ ARRAYS = (
     np.array([2**32 + 3]),
     np.array(["2020-01-01"], dtype="datetime64[D]"),
 )
-EVERY = (*TEXTS, *NO_NUMBERS, *OBJECTS, *NOT_FINITE, *SIZES, *ARRAYS)
+EVERY: tuple[Any, ...] = (*TEXTS, *NO_NUMBERS, *OBJECTS, *NOT_FINITE, *SIZES, *ARRAYS)
 
 REFUSED: dict[str, tuple[Any, ...]] = {
     "float": (*TEXTS, *NO_NUMBERS[1:], *OBJECTS, math.nan, ARRAYS[1], ARRAYS[6]),
