@@ -6,6 +6,8 @@ again, in a temporary folder if need be; only where this fails too there is an e
 
 from __future__ import annotations
 
+import errno
+import json
 import os
 import re
 import shutil
@@ -24,8 +26,14 @@ from warp_softbody.turns import TURNS
 OURS = "wp_warp_softbody.kernels."
 """How the folders of this package's kernels begin in Warp's."""
 
+NAMED = re.compile(r"(?:CPU|CUDA|from) module '(\S+)'")
+"""What Warp says of a module that it cannot load, or in which it does not find a kernel."""
+
 _temporary: list[tempfile.TemporaryDirectory[str]] = []
 """The folder in place of Warp's own, once there is one; it goes with the process."""
+
+_kept: list[Any] = []
+"""What was loaded of damaged modules."""
 
 
 def start() -> None:
@@ -38,12 +46,14 @@ def start() -> None:
     """
     if wp.config.log_level == wp.LOG_INFO:
         wp.config.log_level = wp.LOG_WARNING
-    with TURNS.alone(), native_messages_off():
+    with TURNS.alone():
         try:
-            wp.init()  # type: ignore[no-untyped-call]
+            with native_messages_off():
+                wp.init()  # type: ignore[no-untyped-call]
         except OSError as error:
             wp.config.kernel_cache_dir = _other_folder(error)
-            wp.init()  # type: ignore[no-untyped-call]
+            with native_messages_off():
+                wp.init()  # type: ignore[no-untyped-call]
 
 
 def captured(device: str, launch: Callable[[], None]) -> Any:
@@ -65,34 +75,29 @@ def captured(device: str, launch: Callable[[], None]) -> Any:
 def with_kernels(use: Callable[[], Any]) -> Any:
     """The result of ``use``, which may load kernels and can be begun anew.
 
-    It is begun anew with the damaged kernels removed, then with an empty temporary folder.
+    It is begun anew with damaged kernels removed, then with an empty temporary folder.
 
     Raises:
         OutputError: the kernels can neither be loaded nor built.
     """
     try:
         return use()
-    except SoftBodyError:
-        raise
     except Exception as error:
-        if not _is_of_the_cache(error):
+        if isinstance(error, SoftBodyError) or not _is_of_kernels(error):
             raise
-        first = error
+        failure = error
+    tried: set[str] = set()
     with TURNS.alone():
-        for renew in (_forget_damaged, _move):
+        while True:
+            renew = _move if str(failure) in tried else _forget_damaged
+            tried.add(str(failure))
+            renew(failure)
             try:
-                renew(first)
                 return use()
-            except OutputError:
-                raise
             except Exception as error:
-                if not _is_of_the_cache(error):
+                if isinstance(error, SoftBodyError) or not _is_of_kernels(error):
                     raise
-                first = error
-    raise OutputError(
-        f"Warp's kernels can neither be loaded nor built in {wp.config.kernel_cache_dir}: "
-        f"{_reason(first)}"
-    ) from first
+                failure = error
 
 
 def check_device(device: str) -> None:
@@ -130,27 +135,50 @@ def native_messages_off() -> Iterator[None]:
         os.close(nothing)
 
 
-def _is_of_the_cache(error: Exception) -> bool:
-    """Whether an error came from loading or building kernels: its traceback says so."""
-    if isinstance(error, OSError):
+def _is_of_kernels(error: Exception) -> bool:
+    """Whether an error came from loading or building kernels."""
+    if isinstance(error, OSError) or NAMED.search(str(error)):
         return True
     trace = error.__traceback__
     while trace is not None:
         code = trace.tb_frame.f_code
-        if code.co_name in ("load", "_compile") and "warp" in Path(code.co_filename).parts:
+        if code.co_name == "load" and "warp" in Path(code.co_filename).parts:
             return True
         trace = trace.tb_next
     return False
 
 
 def _forget_damaged(error: Exception) -> None:
-    """Remove the kernels that an error names, or all of this package, so that they are built."""
-    named = re.search(r"CPU module '(\S+)'", str(error))
-    folder = Path(wp.config.kernel_cache_dir or "")
-    pattern = f"wp_{named.group(1)}_*" if named else f"{OURS}*"
-    for damaged in folder.glob(pattern):
-        shutil.rmtree(damaged, ignore_errors=True)
+    """Remove kernels that are damaged, so that they are built again.
+
+    Where the disk is full or the folder cannot be written, what it holds stays.
+    """
+    there = (errno.ENOENT, errno.EISDIR, errno.ENOTDIR)
+    if isinstance(error, OSError) and error.errno not in there:
+        return
+    folder, named = Path(wp.config.kernel_cache_dir or ""), NAMED.search(str(error))
+    found = folder.glob(f"wp_{named.group(1)}_*" if named else f"{OURS}*")
+    damaged = [kernels for kernels in found if named or not _is_whole(kernels)]
+    if damaged:
+        _tell(f"kernels in {folder} are damaged and are built again")
+    for kernels in damaged:
+        shutil.rmtree(kernels, ignore_errors=True)
+    if named:
+        module = wp.get_module(named.group(1))
+        # graphs may hold kernels of it that are good
+        _kept.append(module.execs)
+        module.unload()  # type: ignore[no-untyped-call]
     _forget_failures()
+
+
+def _is_whole(kernels: Path) -> bool:
+    """Whether what Warp notes beside a module's kernels can be read, and there is something."""
+    try:
+        notes = [json.loads(path.read_text(encoding="utf-8")) for path in kernels.glob("*.meta")]
+        binaries = [path.stat().st_size for path in kernels.glob("*.o")]
+    except (OSError, ValueError):
+        return False
+    return bool(notes) and bool(binaries) and min(binaries) > 0
 
 
 def _move(error: Exception) -> None:
@@ -166,7 +194,10 @@ def _other_folder(error: Exception) -> str:
         OutputError: there is no room for one either.
     """
     if _temporary:
-        raise OutputError(f"Warp's kernels cannot be built: {_reason(error)}") from error
+        raise OutputError(
+            f"Warp's kernels can neither be loaded nor built in {wp.config.kernel_cache_dir}: "
+            f"{_reason(error)}"
+        ) from error
     try:
         _temporary.append(tempfile.TemporaryDirectory(prefix="warp_softbody_kernels_"))
     except OSError as second:
@@ -174,13 +205,18 @@ def _other_folder(error: Exception) -> str:
             f"Warp's kernels cannot be stored in {wp.config.kernel_cache_dir} ({_reason(error)}), "
             f"nor in a temporary folder ({_reason(second)})"
         ) from second
-    if sys.stderr is not None:
-        print(
-            f"warp-softbody: {wp.config.kernel_cache_dir} cannot hold Warp's kernels "
-            f"({_reason(error)}); they are built in a temporary folder for this run",
-            file=sys.stderr,
-        )
+    _tell(
+        f"{wp.config.kernel_cache_dir} cannot hold Warp's kernels ({_reason(error)}); "
+        "they are built in a temporary folder for this run"
+    )
     return _temporary[0].name
+
+
+def _tell(sentence: str) -> None:
+    """A line on stderr, if there is one."""
+    if sys.stderr is not None:
+        with suppress(OSError, ValueError):
+            print(f"warp-softbody: {sentence}", file=sys.stderr)
 
 
 def _forget_failures() -> None:

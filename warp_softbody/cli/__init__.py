@@ -34,7 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         # what was computed stands in its files; only the text about it is lost
         _drop_output()
-        return _tell(f"stdout could not be written: {error.strerror or error}", FAILED)
+        place = "output" if error.filename is None else repr(error.filename)
+        return _tell(f"{place} could not be written: {error.strerror or error}", FAILED)
     return code
 
 
