@@ -15,6 +15,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -212,8 +213,9 @@ def _other_folder(error: Exception) -> str:
     return _temporary[0].name
 
 
+@cache
 def _tell(sentence: str) -> None:
-    """A line on stderr, if there is one."""
+    """A line on stderr, if there is one; the same only once."""
     if sys.stderr is not None:
         with suppress(OSError, ValueError):
             print(f"warp-softbody: {sentence}", file=sys.stderr)
