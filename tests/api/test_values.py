@@ -15,6 +15,8 @@ from warp_softbody import checks
 from warp_softbody.controllers import Balance, Crawl, Goals, Objective
 from warp_softbody.errors import InputError, NotFiniteError
 
+NODES = np.array([0, 1], dtype=np.int32)
+
 
 class Asks:
     """A controller of one objective whose rows are all one number."""
@@ -31,7 +33,8 @@ class Asks:
 
 
 @pytest.mark.parametrize(
-    "nodes", [[4, 1, 2], (1.0, 2.0, 4.0), {1, 2, 4}, np.array([1, 2, 4, 4]), np.uint8([4, 2, 1])]
+    "nodes",
+    [[4, 1, 2], (1.0, 2.0, 4.0), {1, 2, 4}, np.array([1, 2, 4, 4]), np.array([4, 2, 1], np.uint8)],
 )
 def test_node_sets(nodes: Any) -> None:
     assert replace(muscled(), fixed=nodes).fixed.tolist() == [1, 2, 4]
@@ -94,7 +97,7 @@ def test_names() -> None:
         with pytest.raises(InputError, match=sentence):
             replace(character, name=wrong)
         with pytest.raises(InputError, match=sentence):
-            replace(character, regions={wrong: [0]})
+            replace(character, regions={wrong: NODES})
         with pytest.raises(InputError, match=sentence):
             replace(character.muscles[0], name=wrong)
     with pytest.raises(InputError, match="two muscle groups of 'bar' have the name 'group'"):
@@ -102,15 +105,15 @@ def test_names() -> None:
 
 
 def test_names_of_joined_bodies_may_be_long() -> None:
-    long = replace(muscled(), name="n" * 200, regions={"r" * 200: [0]})
+    long = replace(muscled(), name="n" * 200, regions={"r" * 200: NODES})
     others = (wsb.Body(character=wsb.placed(long, name="m" * 200, translation=(1.0, 0.0, 0.0))),)
     whole = wsb.Scene(character=long, others=others).whole
     assert [fiber.name for fiber in whole.fibers] == ["fiber", "m" * 200 + ".fiber"]
 
 
 def test_regions_of_two_bodies_that_would_be_one() -> None:
-    first = replace(muscled(), regions={"b.r": [0]})
-    second = replace(wsb.placed(muscled(), name="b"), regions={"r": [1]})
+    first = replace(muscled(), regions={"b.r": NODES})
+    second = replace(wsb.placed(muscled(), name="b"), regions={"r": NODES})
     with pytest.raises(InputError, match=r"two regions of the scene are called 'b\.r'"):
         _ = wsb.Scene(character=first, others=(wsb.Body(character=second),)).whole
 

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import warp as wp
 
 from warp_softbody import warp_runtime
 from warp_softbody.errors import InputError, OutputError
@@ -79,11 +80,11 @@ def test_kernels_that_find_no_room_at_all_are_one_sentence(
 ) -> None:
     warp_runtime.start()
     monkeypatch.setattr(warp_runtime, "_temporary", [])
-    monkeypatch.setattr(warp_runtime.wp.config, "kernel_cache_dir", str(tmp_path))
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
     tries = []
 
     def build() -> None:
-        tries.append(warp_runtime.wp.config.kernel_cache_dir)
+        tries.append(wp.config.kernel_cache_dir)
         raise OSError(28, "No space left on device")
 
     with pytest.raises(OutputError, match=r"neither be loaded nor built in .*: No space left"):
