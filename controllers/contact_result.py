@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from warp_softbody import checks
+from warp_softbody import array_checks
 from warp_softbody.controllers.daqp_backend import DAQPBackend
 from warp_softbody.controllers.full_form import full_point, residual
 from warp_softbody.controllers.general_solver import UNUSABLE
@@ -34,7 +34,7 @@ def scaled_controls(reduced: ReducedProblem, controls: FloatArray | None) -> Flo
     """Scaled fallback controls, clipped to the bounds."""
     own = reduced.problem
     given = np.zeros(own.control_count) if controls is None else controls
-    given = checks.array("fallback_controls", given, own.lower.shape)
+    given = array_checks.array("fallback_controls", given, own.lower.shape)
     clipped: FloatArray = np.clip(given, own.lower, own.upper) / reduced.control_scale
     return clipped
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody import array_checks, checks
 from warp_softbody.controllers.general import QPCC
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
 from warp_softbody.value import Value
@@ -118,7 +118,7 @@ def to_general(problem: ContactQPCC, size: FloatArray | None = None) -> QPCC:
     checks.instance("problem of to_general", problem, ContactQPCC)
     full = to_full(problem)
     size = np.ones_like(full.c) if size is None else size
-    size = checks.array("size of to_general", size, full.c.shape)
+    size = array_checks.array("size of to_general", size, full.c.shape)
     if (size <= 0.0).any():
         checks.refuse("size of to_general", "positive", size)
     return QPCC(

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from warp_softbody import checks, input_kinds
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.controllers.qpcc import FloatArray
 from warp_softbody.errors import InputError
 from warp_softbody.value import FrozenValue
@@ -64,7 +64,7 @@ class QPCC(FrozenValue):
 
     def __post_init__(self) -> None:
         """Fill in what is left out, convert, then check shapes and numbers."""
-        count = len(checks.array("QPCC.c", self.c, (None,), finite=False))
+        count = len(array_checks.array("QPCC.c", self.c, (None,), finite=False))
         if count == 0:
             raise InputError("QPCC.c must hold one number per variable, not none")
         missing = {
@@ -76,7 +76,7 @@ class QPCC(FrozenValue):
             "ub": np.full(count, np.inf),
         }
         for name in ARRAYS:
-            given = checks.array(f"QPCC.{name}", getattr(self, name), None, finite=False)
+            given = array_checks.array(f"QPCC.{name}", getattr(self, name), None, finite=False)
             given = np.array(given, np.float64, order="C")
             array = missing[name] if name in missing and given.size == 0 else given
             array.setflags(write=False)

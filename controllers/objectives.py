@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks, input_kinds
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.controllers.patches import contact_frame
 from warp_softbody.errors import InputError
 from warp_softbody.value import Value
@@ -48,11 +48,13 @@ class Objective(Value):
     def __post_init__(self) -> None:
         """Check shapes and numbers, so that a bad goal is named here and not in a solver."""
         name = input_kinds.name("Objective.name", self.name)
-        rows = checks.array(f"objective {name!r}: rows", self.rows, (None, None), finite=False)
+        rows = array_checks.array(
+            f"objective {name!r}: rows", self.rows, (None, None), finite=False
+        )
         checks.keep(self, rows=_sized(name, "rows", rows))
         for field in ("target", "weight"):
             label = f"objective {name!r}: {field}"
-            value = checks.array(label, getattr(self, field), None, finite=False)
+            value = array_checks.array(label, getattr(self, field), None, finite=False)
             if value.shape != (len(rows),):
                 if value.size != 1:
                     raise InputError(

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from warp_softbody import checks, input_kinds
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
 from warp_softbody.ground_friction import DIRECTIONS, factors_at
@@ -64,12 +64,12 @@ class Patch(Value):
         """Refuse what is no contact; numbers that are not finite are left to whoever uses them."""
         checks.keep(
             self,
-            weights=checks.array("Patch.weights", self.weights, (None,), finite=False),
+            weights=array_checks.array("Patch.weights", self.weights, (None,), finite=False),
             gap=checks.number("Patch.gap", self.gap, unit="m"),
-            frame=checks.array("Patch.frame", self.frame, (3, 3), finite=False),
+            frame=array_checks.array("Patch.frame", self.frame, (3, 3), finite=False),
             friction=checks.number("Patch.friction", self.friction, low=0.0),
             touching=checks.truth("Patch.touching", self.touching),
-            factors=checks.array("Patch.factors", self.factors, (DIRECTIONS,), finite=False),
+            factors=array_checks.array("Patch.factors", self.factors, (DIRECTIONS,), finite=False),
             slips=checks.truth("Patch.slips", self.slips),
         )
         if self.part is not None:

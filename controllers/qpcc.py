@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import lapack
 
-from warp_softbody import checks
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError
 from warp_softbody.value import FrozenValue
 
@@ -99,7 +99,7 @@ class ContactQPCC(FrozenValue):
         for name in (entry.name for entry in fields(self)):
             value = getattr(self, name)
             if name != "constant":
-                plain = checks.array(f"ContactQPCC.{name}", value, None, finite=False)
+                plain = array_checks.array(f"ContactQPCC.{name}", value, None, finite=False)
                 array = np.array(plain, np.float64, order="C")
                 array.setflags(write=False)
                 object.__setattr__(self, name, array)

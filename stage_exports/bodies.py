@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from warp_softbody import checks
+from warp_softbody import array_checks
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError
 from warp_softbody.frame import ContactSample, Frame
@@ -83,7 +83,7 @@ def check_fits(frame: Frame, bodies: Sequence[StagedBody]) -> None:
                 f"frame {frame.index}: {name} must have {rows} rows for this scene, "
                 f"not {len(array)}"
             )
-        checks.array(f"frame {frame.index}: {name}", array, None)
+        array_checks.array(f"frame {frame.index}: {name}", array, None)
 
 
 def staged_bodies(scene: Scene) -> tuple[StagedBody, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
@@ -102,7 +102,7 @@ class Movie:
 
 def _checked_box(bounds: object) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest corner of a box with some room in it."""
-    low, high = checks.array("bounds of a Movie", bounds, (2, 3), unit="m")
+    low, high = array_checks.array("bounds of a Movie", bounds, (2, 3), unit="m")
     if not (low <= high).all() or (low == high).all():
         checks.refuse("bounds of a Movie", "the lowest and the highest corner of a box", bounds)
     return low, high

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warp_softbody import checks
+from warp_softbody import array_checks, checks
 from warp_softbody.block_factor import Freedom
 from warp_softbody.errors import InputError
 from warp_softbody.kernels import block_gradients as bg
@@ -123,7 +123,7 @@ class Bridge:
     def solve(self, rows: FloatArray) -> ControlProblem:
         """The maps of rows J (r, 3n) at the state last assembled by the stepper."""
         model = self._stepper.model
-        rows = checks.array("rows of a Bridge", rows, (None, None))
+        rows = array_checks.array("rows of a Bridge", rows, (None, None))
         if rows.ndim != 2 or rows.shape[1] != 3 * model.node_count:
             raise InputError(
                 f"a bridge takes rows of {3 * model.node_count} numbers, got shape {rows.shape}"

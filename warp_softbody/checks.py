@@ -2,24 +2,22 @@
 
 Every check takes a label, such as ``Material.young_modulus``, and the value; it returns the value
 in the plain type that the engine works with, or raises an InputError that names label and value.
-Checks of node sets, names and other things with a structure of their own are in `input_kinds`.
+Checks of arrays are in `array_checks`, those of node sets, names and other things with a structure
+of their own in `input_kinds`.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from numbers import Rational, Real
-from typing import Any, NoReturn, TypeVar, cast
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any, NoReturn, TypeVar
 
 from warp_softbody.errors import InputError
 
 Kind = TypeVar("Kind")
-FloatArray = npt.NDArray[np.float64]
 
 LARGEST = 1e30
 """Size beyond which no number is taken: single precision ends at 3e38."""
@@ -27,10 +25,14 @@ LARGEST = 1e30
 SHOWN = 80
 """Characters of a wrong value that its sentence repeats."""
 
+MOST_ITEMS = 8
+"""Items of an array beyond which its sentence has their number alone."""
+
 
 def shown(value: object) -> str:
     """A value as a sentence shows it: short, on one line, whatever it is."""
-    if isinstance(value, np.ndarray) and value.size > 8:
+    numpy = sys.modules.get("numpy")
+    if numpy is not None and isinstance(value, numpy.ndarray) and value.size > MOST_ITEMS:
         return f"an array of shape {value.shape} and type {value.dtype}"
     try:
         text = " ".join(repr(value).split())
@@ -47,9 +49,12 @@ def refuse(label: str, wanted: str, value: object) -> NoReturn:
 
 def plain(value: object) -> object:
     """The Python object that a NumPy scalar or an array of no dimension holds."""
-    if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
-        return value.item()
-    return value
+    # what is of NumPy has loaded it; the command line's help does without
+    numpy = sys.modules.get("numpy")
+    if numpy is None or not isinstance(value, numpy.generic | numpy.ndarray) or value.ndim:
+        return value
+    held: object = value.item()
+    return held
 
 
 def number(
@@ -203,60 +208,6 @@ def direction(label: str, value: object, size: int = 3) -> tuple[float, ...]:
     scaled = [part / largest for part in parts]
     length = math.sqrt(sum(part * part for part in scaled))
     return tuple(part / length for part in scaled)
-
-
-def array(
-    label: str,
-    value: object,
-    shape: tuple[int | None, ...] | None,
-    *,
-    finite: bool = True,
-    unit: str = "",
-) -> FloatArray:
-    """Numbers as a float64 array; None in the shape stands for any length.
-
-    An array that is float64 already is not copied. A shape of None takes any.
-    """
-    if _is_ready(value, shape, finite):
-        return cast(FloatArray, value)
-    wanted = f"an array of {'finite ' if finite else ''}numbers{f' of {unit}' if unit else ''}"
-    wanted += "" if shape is None else f" of shape {_shape(shape)}"
-    try:
-        given = np.asarray(value)
-    except Exception:
-        # rows of unequal length, or an object whose own conversion fails
-        refuse(label, wanted, value)
-    if given.dtype.kind not in "iuf" and not (given.size == 0 and given.dtype.kind != "O"):
-        refuse(label, wanted, value)
-    if not _fits(given.shape, shape):
-        raise InputError(f"{label} must be {wanted}, not one of shape {given.shape}")
-    with np.errstate(over="ignore"):
-        numbers = np.asarray(given, dtype=np.float64)
-    if finite and not np.isfinite(numbers).all():
-        place = tuple(int(i) for i in np.argwhere(~np.isfinite(numbers))[0])
-        raise InputError(f"{label} must be {wanted}, but it holds {numbers[place]} at {place}")
-    return numbers
-
-
-def _is_ready(value: object, shape: tuple[int | None, ...] | None, finite: bool) -> bool:
-    """Whether nothing is wrong with an array; told fast, for what is made in every step."""
-    if type(value) is not np.ndarray or value.dtype != np.float64 or not _fits(value.shape, shape):
-        return False
-    # a finite sum has only finite terms
-    return not finite or math.isfinite(value.sum())
-
-
-def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...] | None) -> bool:
-    if wanted is None:
-        return True
-    return len(shape) == len(wanted) and all(
-        want is None or want == have for want, have in zip(wanted, shape, strict=True)
-    )
-
-
-def _shape(shape: tuple[int | None, ...]) -> str:
-    parts = ", ".join("n" if part is None else str(part) for part in shape)
-    return f"({parts},)" if len(shape) == 1 else f"({parts})"
 
 
 def function(label: str, value: object, wanted: str) -> Callable[..., Any]:

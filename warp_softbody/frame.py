@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks, input_kinds
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.value import Value
 
 FloatArray = npt.NDArray[np.float64]
@@ -98,4 +98,4 @@ def _check_array(label: str, value: object, shape: tuple[int | None, ...]) -> No
     """A frame hands its arrays on as they are, so only arrays are taken."""
     if not isinstance(value, np.ndarray):
         checks.refuse(label, "an array", value)
-    checks.array(label, value, shape, finite=False)
+    array_checks.array(label, value, shape, finite=False)

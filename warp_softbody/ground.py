@@ -8,7 +8,7 @@ from typing import Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody import array_checks, checks
 
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -44,7 +44,7 @@ def checked_ground(label: str, ground: object) -> Ground:
 
 def measurable(label: str, points: npt.ArrayLike) -> FloatArray:
     """Points (k, 3) as a ground can measure them."""
-    return checks.array(label, points, (None, 3), finite=False, unit="m")
+    return array_checks.array(label, points, (None, 3), finite=False, unit="m")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks, input_kinds
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class DirectionalFriction:
         input_kinds.name("DirectionalFriction.region", self.region)
         x, y, z = checks.direction("DirectionalFriction.direction", self.direction)
         label = f"DirectionalFriction.factors of {self.region!r}"
-        factors = checks.array(label, self.factors, (None,)).tolist()
+        factors = array_checks.array(label, self.factors, (None,)).tolist()
         if len(factors) not in (4, DIRECTIONS):
             raise InputError(f"{label} takes 4 or {DIRECTIONS} factors, got {len(factors)}")
         if min(factors) <= 0.0:

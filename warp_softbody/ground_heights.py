@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Vector, measurable
 from warp_softbody.value import FrozenValue
@@ -37,7 +37,7 @@ class HeightField(FrozenValue):
     def __post_init__(self) -> None:
         """Check shape and numbers; keep an own copy of the heights."""
         friction = checks.number("HeightField.friction", self.friction, low=0.0)
-        heights = np.array(checks.array("HeightField.heights", self.heights, (None, None)))
+        heights = np.array(array_checks.array("HeightField.heights", self.heights, (None, None)))
         if min(heights.shape) < 2:
             raise InputError(
                 f"HeightField.heights must be a grid of at least 2 x 2 heights, not of "

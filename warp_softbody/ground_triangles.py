@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Vector, measurable
 from warp_softbody.turns import shares_warp
@@ -49,8 +49,8 @@ class TriangleGround(FrozenValue):
         x, y, z = checks.direction("TriangleGround.normal", self.normal)
         checks.keep(self, friction=friction, normal=(x, y, z))
         label = "TriangleGround.vertices"
-        vertices = np.array(checks.array(label, self.vertices, (None, 3), unit="m"))
-        corners = checks.array("TriangleGround.faces", self.faces, (None, 3))
+        vertices = np.array(array_checks.array(label, self.vertices, (None, 3), unit="m"))
+        corners = array_checks.array("TriangleGround.faces", self.faces, (None, 3))
         if not len(corners):
             raise InputError("TriangleGround.faces must hold at least one triangle")
         outside = ~((corners >= 0) & (corners < len(vertices)) & (corners == np.floor(corners)))

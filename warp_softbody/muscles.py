@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks, input_kinds
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.errors import InputError
 from warp_softbody.value import FrozenValue
 
@@ -46,7 +46,7 @@ class Fiber(FrozenValue):
         """Freeze a checked float64 copy of the vertices."""
         input_kinds.name("Fiber.name", self.name)
         label = f"Fiber.vertices of {self.name!r}"
-        vertices = np.array(checks.array(label, self.vertices, (None, 3), unit="m"))
+        vertices = np.array(array_checks.array(label, self.vertices, (None, 3), unit="m"))
         if len(vertices) < 2:
             raise InputError(f"{label} must be two points or more, not {len(vertices)}")
         if (np.linalg.norm(np.diff(vertices, axis=0), axis=1) <= 0.0).any():
