@@ -161,6 +161,17 @@ class Contacts:
         )
 
 
+def check_tensions(control: Control) -> None:
+    """Refuse rest lengths that are not finite: of them no segment would pull, and nothing tell."""
+    lengths = control.rest_lengths.numpy()
+    if not np.isfinite(lengths).all():
+        segment = int(np.flatnonzero(~np.isfinite(lengths))[0])
+        raise InputError(
+            f"Control.rest_lengths must be finite numbers of m, but that of segment {segment} is "
+            f"{lengths[segment]}; a slack one has {SLACK:g} times its length at rest"
+        )
+
+
 def checked_parts(model: Model, parts: tuple[object, ...]) -> None:
     """Refuse what a stepper of a model cannot step from or to.
 

@@ -20,7 +20,7 @@ from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.mesh_geometry import shortest_edge
 from warp_softbody.model import Model
 from warp_softbody.parallel import Workers
-from warp_softbody.state import Contacts, Control, State, checked_parts
+from warp_softbody.state import Contacts, Control, State, check_tensions, checked_parts
 from warp_softbody.step_statistics import StepStatistics
 from warp_softbody.turns import shares_warp
 from warp_softbody.warp_runtime import captured
@@ -73,6 +73,7 @@ class Stepper:
     @shares_warp
     def solve(self, state: State, control: Control, contacts: Contacts) -> None:
         """The step's velocities with the contact modes as they were."""
+        self._check(control)
         renew = self._renewed = self._contact.preconditioner.stale
         self._contact.find_pairs(state, contacts)
         key = ("solve with a new factor" if renew else "solve", state, control, contacts)
@@ -101,6 +102,7 @@ class Stepper:
             self.assemble(state)
             self.solve(state, control, contacts)
             return self.resolve_contact(state, control, contacts, after)
+        self._check(control)
         renew = self._renewed = self._contact.preconditioner.stale
         self._contact.find_pairs(state, contacts)
 
@@ -114,6 +116,10 @@ class Stepper:
         if renew:
             self._contact.preconditioner.renewed()
         return self._read_statistics()
+
+    def _check(self, control: Control) -> None:
+        if self._muscles is not None and isinstance(control, Control):
+            check_tensions(control)
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
         """Replay a graph; the first time, capture it. States are told apart by identity."""

@@ -207,3 +207,26 @@ def test_body_weights_need_gravity() -> None:
 def test_strange_objects_are_shown() -> None:
     assert checks.shown(np.zeros((3, 4))) == "an array of shape (3, 4) and type float64"
     assert len(checks.shown("x" * 1000)) < 100
+
+
+def test_rest_lengths_that_are_not_finite_in_a_loop_of_ones_own() -> None:
+    model = wsb.build_model(scene(), wsb.SimulationOptions())
+    state, after = wsb.State.at_rest(model), wsb.State.at_rest(model)
+    control, contacts = wsb.Control.slack(model), wsb.Contacts.none(model)
+    stepper = wsb.Stepper(model)
+    assert stepper.step(state, control, contacts, after).finite
+    control.rest_lengths.assign(np.array([np.nan]))
+    with pytest.raises(InputError, match=r"Control\.rest_lengths .* that of segment 0 is nan"):
+        stepper.step(state, control, contacts, after)
+
+
+def test_states_of_another_model_are_refused() -> None:
+    model = wsb.build_model(scene(), wsb.SimulationOptions())
+    double = wsb.build_model(scene(), wsb.SimulationOptions(precision="float64"))
+    bare = wsb.build_model(replace(scene(), ground=None), wsb.SimulationOptions())
+    right = (wsb.State.at_rest(model), wsb.Control.slack(model), wsb.Contacts.none(model))
+    for other in (double, bare):
+        state, control = wsb.State.at_rest(other), wsb.Control.slack(other)
+        with pytest.raises(InputError, match=r"must hold \d+ values in float32 for this model"):
+            wsb.Stepper(model).step(state, control, wsb.Contacts.none(other), right[0])
+    assert wsb.Stepper(model).step(*right, wsb.State.at_rest(model)).finite
