@@ -19,8 +19,9 @@ ELEMENTS: tuple[Elements, ...] = get_args(Elements)
 CONES: tuple[Cone, ...] = get_args(Cone)
 DEVICE = re.compile(r"cpu|cuda(:\d+)?")
 
-SHORTEST_STEP, LONGEST_STEP = 1e-9, 1.0
-"""s, the range of time steps that are taken for what was meant."""
+SHORTEST_STEP, LONGEST_STEP = 1e-9, 1e4
+"""s, the range of time steps that are taken for what was meant; a step of 1000 s finds where a held
+body comes to rest."""
 
 
 @dataclass(frozen=True, kw_only=True)
