@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.view import BodyView
 
@@ -47,6 +48,24 @@ class BalanceGains:
     relax: float = 0.0
     relax_within: float = 0.1
 
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("relax_within",),
+            not_negative=(
+                "position",
+                "velocity",
+                "spin",
+                "momentum_weight",
+                "spin_weight",
+                "base_weight",
+                "relax",
+            ),
+            finite=("crouch", "base_rate"),
+        )
+        checks.instance("BalanceGains.activation", self.activation, ActivationCost)
+
 
 class Balance:
     """Keeps the centre of mass above the middle of the nominal base and the body from turning."""
@@ -59,15 +78,15 @@ class Balance:
         patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
     ) -> None:
         """Balance on a base region, thinking of the ground through patch regions of it."""
-        self._gains = gains or BalanceGains()
-        self._base = base
-        self._patches = patches
+        self._gains = checks.optional("gains of Balance", gains, BalanceGains)
+        self._base = input_kinds.name("base of Balance", base)
+        self._patches = input_kinds.names("patches of Balance", patches)
         self._height: float | None = None
         self._triangles: np.ndarray[tuple[int, ...], np.dtype[np.int32]] | None = None
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
-        g = self._gains
+        g, view = self._gains, seen(view)
         target = view.positions[view.scene.character.region(self._base)].mean(axis=0)
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from warp_softbody import array_checks
 from warp_softbody.controllers.daqp_backend import DAQPBackend
 from warp_softbody.controllers.full_form import full_point, residual
 from warp_softbody.controllers.general_solver import UNUSABLE
@@ -21,7 +22,6 @@ from warp_softbody.controllers.result import (
     SolverOptions,
 )
 from warp_softbody.controllers.search import LocalMinimum, Search
-from warp_softbody.errors import InputError
 
 
 def new_search(problem: ContactQPCC, options: SolverOptions) -> Search:
@@ -33,11 +33,8 @@ def new_search(problem: ContactQPCC, options: SolverOptions) -> Search:
 def scaled_controls(reduced: ReducedProblem, controls: FloatArray | None) -> FloatArray:
     """Scaled fallback controls, clipped to the bounds."""
     own = reduced.problem
-    given = np.zeros(own.control_count) if controls is None else np.asarray(controls, dtype=float)
-    if given.shape != own.lower.shape or not np.all(np.isfinite(given)):
-        raise InputError(
-            f"fallback_controls must be {own.control_count} finite numbers, got {given!r}"
-        )
+    given = np.zeros(own.control_count) if controls is None else controls
+    given = array_checks.array("fallback_controls", given, own.lower.shape)
     clipped: FloatArray = np.clip(given, own.lower, own.upper) / reduced.control_scale
     return clipped
 

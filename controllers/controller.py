@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from warp_softbody import checks
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.errors import InputError
@@ -27,12 +27,7 @@ class ActivationCost:
 
     def __post_init__(self) -> None:
         """Refuse weights that would leave the problem without a unique answer."""
-        for name in ("effort", "change"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InputError(
-                    f"activation {name} must be finite and not negative, got {value!r}"
-                )
+        checks.settle(self, not_negative=("effort", "change"))
         if self.effort + self.change <= 0.0:
             raise InputError("activation effort and change must not both be zero")
 
@@ -52,6 +47,27 @@ class Goals:
     patches: tuple[Patch, ...] = ()
     activation: ActivationCost = field(default_factory=ActivationCost)
     resting: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what are no objectives, patches and segments."""
+        checks.keep(
+            self,
+            objectives=checks.items("Goals.objectives", self.objectives, Objective),
+            patches=checks.items("Goals.patches", self.patches, Patch),
+            activation=checks.instance("Goals.activation", self.activation, ActivationCost),
+            resting=segments("Goals.resting", self.resting),
+        )
+
+
+def segments(label: str, value: object) -> tuple[int, ...]:
+    """Indices of muscle segments, in a tuple."""
+    given = checks.several(label, value, "a tuple of segment indices")
+    return tuple(checks.whole(f"{label}[{i}]", index) for i, index in enumerate(given))
+
+
+def seen(view: object) -> BodyView:
+    """The view that a controller was asked for."""
+    return checks.instance("the view of a controller", view, BodyView)
 
 
 class Controller(Protocol):

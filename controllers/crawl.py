@@ -8,8 +8,9 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
 from warp_softbody.controllers.jump import smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
@@ -30,6 +31,11 @@ class CrawlPhase(Enum):
     REST = "rest"
     PULL = "pull"
     PUSH = "push"
+
+    @classmethod
+    def _missing_(cls, value: object) -> CrawlPhase:
+        """Refuse a value of none of the phases."""
+        return input_kinds.member("CrawlPhase", value, cls)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +71,16 @@ class CrawlGains:
         default_factory=lambda: ActivationCost(effort=1.0, change=20.0)
     )
 
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("pull_time", "push_time", "follow"),
+            not_negative=("corner_weight", "ground_weight", "middle_weight"),
+            finite=("stride", "arch"),
+        )
+        checks.instance("CrawlGains.activation", self.activation, ActivationCost)
+
 
 class Crawl:
     """Moves the four corners of a lying body along trajectories that repeat, and its middle.
@@ -83,11 +99,11 @@ class Crawl:
         resting: tuple[int, ...] = (),
     ) -> None:
         """Crawl along +x from ``start`` s on, over and over, without the ``resting`` segments."""
-        self._resting = resting
-        self._gains = gains or CrawlGains()
+        self._resting = segments("resting of Crawl", resting)
+        self._gains = checks.optional("gains of Crawl", gains, CrawlGains)
         self.phase = CrawlPhase.REST
         self._since = 0.0
-        self._lasts = start
+        self._lasts = checks.number("start of Crawl", start, above=0.0, unit="s")
         self._home: dict[str, FloatArray] = {}
         self._goals: dict[str, float] = {}
         self._way = (0.0, 0.0)
@@ -95,6 +111,7 @@ class Crawl:
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
+        view = seen(view)
         if not self._home:
             self._home = {name: _mean(view, view.positions, name) for name in (*TAIL, *HEAD)}
             self._stop(view, (*TAIL, *HEAD))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks
 from warp_softbody.bridge import Bridge, ControlProblem
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
 from warp_softbody.controllers.kick_rule import KickRule
@@ -21,6 +23,7 @@ from warp_softbody.controllers.result import (
     SolverOptions,
 )
 from warp_softbody.controllers.solver import solve_qpcc, solve_static
+from warp_softbody.errors import InputError
 from warp_softbody.frame import ContactSample
 from warp_softbody.view import BodyView
 
@@ -47,7 +50,8 @@ class Decision:
     Attributes:
         rest_lengths: l_d, (s,) m.
         result: of the QPCC.
-        converged: whether the bridge's solve reached its tolerance.
+        converged: whether the bridge's solve reached its tolerance and the QPCC's point is usable;
+            where it is not, the activations stay as they were.
         kicked: whether the QPCC's solve was free to look for other modes by kicks.
         planned: the patches with the modes and forces that the plan has for them; in place of
             nodes their numbers.
@@ -137,15 +141,17 @@ class Driver:
         goals = self._controller.goals(view)
         if goals is None:
             self._modes = None
+        elif not isinstance(goals, Goals):
+            asked = f"what {type(self._controller).__name__}.goals(view) returns"
+            checks.refuse(asked, "Goals or None", goals)
         return goals
 
     def plan(self, view: BodyView, goals: Goals) -> Decision:
         """Rest lengths that serve goals best; the step's matrix has to be assembled."""
         if self._method == "static":
             goals = replace(goals, patches=tuple(replace(p, slips=False) for p in goals.patches))
-        rows = [objective.rows for objective in goals.objectives]
-        rows += [patch.rows() for patch in goals.patches]
-        problem = self._bridge.solve(np.concatenate(rows))
+        problem = self._bridge.solve(_rows_of(goals, view))
+        _check_maps(goals, problem)
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step)
         start = self._start(goals.patches)
@@ -158,7 +164,7 @@ class Driver:
         return Decision(
             rest_lengths=chosen * problem.rest_lengths,
             result=result,
-            converged=problem.converged,
+            converged=problem.converged and usable,
             kicked=self._method == "qpcc" and not left_out,
             planned=_planned(view, goals.patches, result),
         )
@@ -192,6 +198,49 @@ class Driver:
             return self._modes if len(self._modes) == len(patches) else None
         known = dict(zip(self._parts, self._modes, strict=True))
         return tuple(known.get(patch.part, STICK if patch.touching else LIFT) for patch in patches)
+
+
+def _rows_of(goals: Goals, view: BodyView) -> FloatArray:
+    """All rows (r, 3n) of what is wanted; refused where they are not of this body."""
+    count = view.node_count
+    for objective in goals.objectives:
+        if objective.rows.shape[1] != 3 * count:
+            raise InputError(
+                f"objective {objective.name!r}: rows must have {3 * count} columns, three a node, "
+                f"not {objective.rows.shape[1]}"
+            )
+    for number, patch in enumerate(goals.patches):
+        if len(patch.weights) != count:
+            raise InputError(
+                f"patch {number}: weights must be {count}, one a node, not {len(patch.weights)}"
+            )
+    if goals.resting and max(goals.resting) >= len(view.activations):
+        raise InputError(
+            f"Goals.resting holds segment {max(goals.resting)}, but there are "
+            f"{len(view.activations)} segments"
+        )
+    rows = [objective.rows for objective in goals.objectives]
+    rows += [patch.rows() for patch in goals.patches]
+    every = np.concatenate([*rows, np.zeros((0, 3 * count))])
+    _refuse_infinite(goals, every, "rows")
+    return every
+
+
+def _check_maps(goals: Goals, problem: ControlProblem) -> None:
+    """Refuse what an objective's size has made infinite on the way through the engine."""
+    answers = [problem.compliance, problem.free_velocity[:, None], problem.muscle_map]
+    _refuse_infinite(goals, np.concatenate(answers, axis=1), "responses of the body")
+
+
+def _refuse_infinite(goals: Goals, by_row: FloatArray, what: str) -> None:
+    if math.isfinite(by_row.sum()):
+        return
+    wrong = np.flatnonzero(~np.isfinite(by_row).all(axis=1))
+    if not wrong.size:
+        return
+    names = [f"objective {o.name!r}" for o in goals.objectives for _ in range(len(o.rows))]
+    names += [f"patch {number}" for number in range(len(goals.patches)) for _ in range(3)]
+    raise InputError(f"{names[wrong[0]]}: {what} are not finite")
 
 
 def _planned(view: BodyView, patches: tuple[Patch, ...], result: QPCCResult) -> ContactSample:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.patches import ground_patches
-from warp_softbody.errors import InputError
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
@@ -35,12 +35,7 @@ class Sway:
 
     def __post_init__(self) -> None:
         """Refuse a path that is not one."""
-        for name in ("period", "periods", "ease"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"sway {name} must be finite and above 0, got {value!r}")
-        if not math.isfinite(self.amplitude):
-            raise InputError(f"sway amplitude must be finite, got {self.amplitude!r}")
+        checks.settle(self, positive=("period", "periods", "ease"), finite=("amplitude",))
 
     def at(self, time: float) -> FloatArray:
         """Place, velocity and acceleration along x at a time from its start: m, m/s, m/s^2."""
@@ -93,6 +88,12 @@ class ExerciseGains:
         default_factory=lambda: ActivationCost(effort=0.3, change=4.0)
     )
 
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        weights = ("momentum_weight", "spin_weight")
+        checks.settle(self, not_negative=("position", "velocity", "spin", *weights))
+        checks.instance("ExerciseGains.activation", self.activation, ActivationCost)
+
 
 class Exercise:
     """Moves the centre of mass along a path from where it is in the first step."""
@@ -106,15 +107,15 @@ class Exercise:
         patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
     ) -> None:
         """Follow the path from ``start`` seconds on, thinking of the ground through patches."""
-        self._gains = gains or ExerciseGains()
-        self._path = path or Sway()
-        self._start = start
-        self._patches = patches
+        self._gains = checks.optional("gains of Exercise", gains, ExerciseGains)
+        self._path = checks.optional("path of Exercise", path, Sway)
+        self._start = checks.number("start of Exercise", start, low=0.0, unit="s")
+        self._patches = input_kinds.names("patches of Exercise", patches)
         self._origin: FloatArray | None = None
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
-        g = self._gains
+        g, view = self._gains, seen(view)
         if self._origin is None:
             self._origin = view.center_of_mass
         # What is chosen now acts until the end of the step, so the path is compared there.

@@ -14,15 +14,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks
 from warp_softbody.controllers.general import QPCC
 from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray
+from warp_softbody.value import Value
 
 IntArray = npt.NDArray[np.intp]
 BoolArray = npt.NDArray[np.bool_]
 
 
-@dataclass(frozen=True, kw_only=True)
-class FullForm:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class FullForm(Value):
     """General QPCC arrays; names as in the literature (and in stored test instances).
 
     Attributes:
@@ -74,6 +76,7 @@ def force_map(problem: ContactQPCC) -> FloatArray:
 
 def to_full(problem: ContactQPCC) -> FullForm:
     """Write the problem in the general form."""
+    checks.instance("problem of to_full", problem, ContactQPCC)
     nu, k, m = problem.control_count, problem.contact_count, len(problem.directions)
     to_z = force_map(problem)
     size = nu + k * (m + 2)
@@ -112,8 +115,12 @@ def to_full(problem: ContactQPCC) -> FullForm:
 
 def to_general(problem: ContactQPCC, size: FloatArray | None = None) -> QPCC:
     """Write the problem in the general form, in variables ``x / size``, default its own."""
+    checks.instance("problem of to_general", problem, ContactQPCC)
     full = to_full(problem)
     size = np.ones_like(full.c) if size is None else size
+    size = array_checks.array("size of to_general", size, full.c.shape)
+    if (size <= 0.0).any():
+        checks.refuse("size of to_general", "positive", size)
     return QPCC(
         Q=full.Q * size[:, None] * size,
         c=full.c * size,

@@ -9,15 +9,15 @@ Equation 11 of docs/method.md is one instance; ``full_form.to_full`` writes it o
 from __future__ import annotations
 
 import os
-import zipfile
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.controllers.qpcc import FloatArray
 from warp_softbody.errors import InputError
+from warp_softbody.value import FrozenValue
 
 
 def _absent() -> FloatArray:
@@ -28,8 +28,8 @@ def _absent() -> FloatArray:
 ARRAYS = ("Q", "c", "A", "b", "G", "h", "lb", "ub", "L", "l0", "R", "r0")
 
 
-@dataclass(frozen=True, kw_only=True)
-class QPCC:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class QPCC(FrozenValue):
     """A QPCC in general form; arrays are kept as read-only float64 copies.
 
     Attributes:
@@ -64,9 +64,9 @@ class QPCC:
 
     def __post_init__(self) -> None:
         """Fill in what is left out, convert, then check shapes and numbers."""
-        count = np.shape(self.c)[0] if np.ndim(self.c) == 1 else 0
+        count = len(array_checks.array("QPCC.c", self.c, (None,), finite=False))
         if count == 0:
-            raise InputError(f"QPCC c must hold one number per variable, got {np.shape(self.c)}")
+            raise InputError("QPCC.c must hold one number per variable, not none")
         missing = {
             "A": np.zeros((0, count)),
             "G": np.zeros((0, count)),
@@ -76,22 +76,25 @@ class QPCC:
             "ub": np.full(count, np.inf),
         }
         for name in ARRAYS:
-            given = np.array(getattr(self, name), np.float64, order="C")
+            given = array_checks.array(f"QPCC.{name}", getattr(self, name), None, finite=False)
+            given = np.array(given, np.float64, order="C")
             array = missing[name] if name in missing and given.size == 0 else given
             array.setflags(write=False)
             object.__setattr__(self, name, array)
-        object.__setattr__(self, "c0", float(self.c0))
+        checks.keep(self, c0=checks.number("QPCC.c0", self.c0, low=-1e300, high=1e300))
         self._check_shapes(count)
         self._check_numbers()
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> QPCC:
         """Read the arrays of an ``.npz`` file by name; others in the file are left alone."""
+        file = input_kinds.path("path of QPCC.load", path)
         try:
-            with np.load(Path(path), allow_pickle=False) as data:
+            with np.load(file, allow_pickle=False) as data:
                 named = {entry.name for entry in fields(cls)} & set(data.files)
                 values = {name: data[name] for name in named}
-        except (OSError, ValueError, zipfile.BadZipFile) as error:
+        # a file that is no archive of arrays fails in many ways
+        except Exception as error:
             raise InputError(f"cannot read a QPCC from {os.fspath(path)}: {error}") from error
         lacking = {"Q", "c"} - set(values)
         if lacking:
@@ -154,8 +157,6 @@ class QPCC:
             if np.any(wrong):
                 where = tuple(int(i[0]) for i in np.nonzero(wrong))
                 raise InputError(f"QPCC {name} must be finite, got {array[where]!r} at {where}")
-        if not np.isfinite(self.c0):
-            raise InputError(f"QPCC c0 must be finite, got {self.c0!r}")
         lower, upper = self.lb, self.ub
         if np.any(lower > upper) or np.any(lower == np.inf) or np.any(upper == -np.inf):
             i = int(np.argmax((lower > upper) | (lower == np.inf) | (upper == -np.inf)))

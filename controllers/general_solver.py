@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from warp_softbody import checks
 from warp_softbody.controllers.branch import branch_and_bound
 from warp_softbody.controllers.general import QPCC, sizes
 from warp_softbody.controllers.general_pieces import LEFT, GeneralProblem, Piece, Sides
@@ -66,17 +67,19 @@ def _start(
     """A point, or sides."""
     if start is None:
         return None, None
-    given = np.asarray(start)
+    wanted = f"{problem.pair_count} sides, 0 or 1, or {problem.variable_count} finite numbers"
+    try:
+        given = np.asarray(start)
+    except Exception:
+        # rows of unequal length, or an object whose own conversion fails
+        checks.refuse("start", wanted, start)
     if given.dtype.kind in "iub" and given.shape == (problem.pair_count,):
         if np.all((given == 0) | (given == 1)):
             return None, given.astype(np.int8)
     elif given.dtype.kind == "f" and given.shape == (problem.variable_count,):
         if np.all(np.isfinite(given)):
             return np.clip(given, problem.lb, problem.ub), None
-    raise InputError(
-        f"start must be {problem.pair_count} sides, 0 or 1, or {problem.variable_count} finite "
-        f"numbers, got {start!r}"
-    )
+    checks.refuse("start", wanted, start)
 
 
 def _finish(search: GeneralSearch) -> GeneralResult:

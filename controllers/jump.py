@@ -8,9 +8,10 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.balance import Balance, BalanceGains
-from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.view import BodyView
@@ -87,6 +88,23 @@ class JumpGains:
     ease: float = 0.0
     ease_time: float = 0.3
 
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("crouch_time", "push_time"),
+            not_negative=(
+                *("push", "rise", "position", "velocity", "spin", "reach_rate"),
+                *("momentum_weight", "spin_weight", "reach_weight"),
+                *("rest_time", "ease", "ease_time"),
+            ),
+            finite=("depth", "pitch", "wind", "turn"),
+            vectors=("launch", "reach"),
+        )
+        checks.keep(self, lean=checks.vector("JumpGains.lean", self.lean, 2, unit="m"))
+        checks.instance("JumpGains.activation", self.activation, ActivationCost)
+        checks.instance("JumpGains.landing", self.landing, BalanceGains)
+
 
 class Jump:
     """Jumps a number of times and keeps its balance before, between and after."""
@@ -101,19 +119,20 @@ class Jump:
         patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
         """Jump from a base region, ``start`` seconds after the run begins."""
-        self._gains = gains or JumpGains()
-        self._jumps = jumps
-        self._base = base
-        self._patches = patches
+        self._gains = checks.optional("gains of Jump", gains, JumpGains)
+        self._jumps = checks.whole("jumps of Jump", jumps)
+        self._base = input_kinds.name("base of Jump", base)
+        self._patches = input_kinds.names("patches of Jump", patches)
         self._balance = Balance(self._gains.landing, base=base, patches=patches)
         self.phase = Phase.STAND
         self._since = 0.0
-        self._wait = start
+        self._wait = checks.number("start of Jump", start, low=0.0, unit="s")
         self._done = 0
         self._height: float | None = None
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
+        view = seen(view)
         base = view.positions[view.scene.character.region(self._base)].mean(axis=0)
         if self._height is None:
             self._height = float(view.center_of_mass[2] - base[2])

@@ -12,15 +12,25 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.controllers.patches import contact_frame
 from warp_softbody.errors import InputError
+from warp_softbody.value import Value
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Objective:
+LARGEST = 1e12
+"""Size of a row's, target's or weight's numbers beyond which an objective is refused: what else is
+wanted would be lost in its rounding. In units of m g dt rows are some 1 to 1e4."""
+
+LEAST_GRAVITY = 1e-6
+"""m/s^2, below which a body's weight is no unit."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Objective(Value):
     """Weighted squared distance of a few linear functions of v+ from their targets.
 
     Attributes:
@@ -37,16 +47,35 @@ class Objective:
 
     def __post_init__(self) -> None:
         """Check shapes and numbers, so that a bad goal is named here and not in a solver."""
-        count = len(self.rows)
+        name = input_kinds.name("Objective.name", self.name)
+        rows = array_checks.array(
+            f"objective {name!r}: rows", self.rows, (None, None), finite=False
+        )
+        checks.keep(self, rows=_sized(name, "rows", rows))
         for field in ("target", "weight"):
-            value = np.asarray(getattr(self, field), dtype=np.float64)
-            if value.shape != (count,):
-                value = np.broadcast_to(value, (count,))
-            if not np.isfinite(value).all():
-                raise InputError(f"objective {self.name!r}: {field} must be finite, got {value}")
-            object.__setattr__(self, field, value)
+            label = f"objective {name!r}: {field}"
+            value = array_checks.array(label, getattr(self, field), None, finite=False)
+            if value.shape != (len(rows),):
+                if value.size != 1:
+                    raise InputError(
+                        f"{label} must be one number or {len(rows)}, one a row, "
+                        f"not of shape {value.shape}"
+                    )
+                value = np.full(len(rows), value.item())
+            checks.keep(self, **{field: _sized(name, field, value)})
         if (self.weight < 0.0).any():
-            raise InputError(f"objective {self.name!r}: weight must not be negative")
+            raise InputError(f"objective {name!r}: weight must not be negative")
+
+
+def _sized(name: str, field: str, values: FloatArray) -> FloatArray:
+    """Numbers whose squares and sums a solver can bear."""
+    if values.size and not (-LARGEST <= values.min() and values.max() <= LARGEST):
+        place = np.argwhere(~(np.abs(values) <= LARGEST))[0]
+        raise InputError(
+            f"objective {name!r}: {field} must be finite and at most {LARGEST:g} in size, "
+            f"got {values[tuple(place)]} at {tuple(int(i) for i in place)}"
+        )
+    return values
 
 
 def momentum_rows(view: BodyView) -> FloatArray:
@@ -78,9 +107,23 @@ def mean_rows(view: BodyView, weights: FloatArray) -> FloatArray:
     return rows.reshape(3, -1)
 
 
+def weight_of(view: BodyView) -> float:
+    """The body's weight, N, as the unit of forces.
+
+    Raises:
+        InputError: the scene has no gravity worth the name.
+    """
+    if not view.weight > LEAST_GRAVITY * view.mass:
+        raise InputError(
+            "a controller that reckons in body weights needs gravity, but Scene.gravity is "
+            f"{view.scene.gravity}"
+        )
+    return view.weight
+
+
 def linear_momentum(view: BodyView, rate: FloatArray, weight: npt.ArrayLike = 1.0) -> Objective:
     """``|dL - dL*|^2`` (eq. 12-13) for a wanted rate dL* (3,) N, in units of m g dt."""
-    unit = 1.0 / (view.weight * view.time_step)
+    unit = 1.0 / (weight_of(view) * view.time_step)
     target = (view.linear_momentum + view.time_step * rate) * unit
     rows = momentum_rows(view) * unit
     return Objective(name="linear momentum", rows=rows, target=target, weight=np.asarray(weight))
@@ -93,7 +136,7 @@ def angular_momentum(
 
     In units of m g dt times the arm, m.
     """
-    unit = 1.0 / (view.weight * view.time_step * arm)
+    unit = 1.0 / (weight_of(view) * view.time_step * arm)
     target = (view.angular_momentum + view.time_step * rate) * unit
     rows = angular_momentum_rows(view) * unit
     return Objective(name="angular momentum", rows=rows, target=target, weight=np.asarray(weight))
@@ -115,8 +158,11 @@ def base_area(
     doubled = np.sum(flat * turned, axis=(1, 2)) / 2.0
     pull = ((np.sign(doubled)[:, None, None] * turned) @ frame[1:]).reshape(-1, 3)
     corners = triangles.ravel()
+    area = float(np.abs(doubled).sum())
+    if not area > 0.0:
+        raise InputError("objective 'base area': the base covers no area of the ground")
     gradient = [np.bincount(corners, along, view.node_count) for along in pull.T]
-    rows = (np.stack(gradient, axis=1) / np.abs(doubled).sum()).reshape(1, -1)
+    rows = (np.stack(gradient, axis=1) / area).reshape(1, -1)
     return Objective(
         name="base area", rows=rows, target=np.array([growth]), weight=np.array([weight])
     )

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks
 from warp_softbody.controllers.patches import Group, Patch, patches_of
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
@@ -75,6 +76,11 @@ def clustered_patches(
         parts: of the partition; default ``count`` for a region, eight times that for a surface.
         last: the patches of the step before.
     """
+    checks.instance("view of clustered_patches", view, BodyView)
+    last = checks.items("last of clustered_patches", last, Patch)
+    count = checks.whole("count of clustered_patches", count)
+    if parts is not None:
+        parts = checks.whole("parts of clustered_patches", parts, high=2**16)
     if not 4 <= count <= 8:
         raise InputError(f"a character takes 4 to 8 clustered patches, got {count}")
     if parts is not None and parts < count:

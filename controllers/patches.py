@@ -17,10 +17,12 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
 from warp_softbody.ground_friction import DIRECTIONS, factors_at
 from warp_softbody.mesh import TetMesh
+from warp_softbody.value import Value
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
@@ -30,8 +32,8 @@ FORCE_ANGLES = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 """Of the sliding that each direction of the force opposes, rad from tangent 1."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Patch:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Patch(Value):
     """One contact of the control problem.
 
     Attributes:
@@ -57,6 +59,23 @@ class Patch:
     area: float = math.nan
     part: int | None = None
     slips: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what is no contact; numbers that are not finite are left to whoever uses them."""
+        checks.keep(
+            self,
+            weights=array_checks.array("Patch.weights", self.weights, (None,), finite=False),
+            gap=checks.number("Patch.gap", self.gap, unit="m"),
+            frame=array_checks.array("Patch.frame", self.frame, (3, 3), finite=False),
+            friction=checks.number("Patch.friction", self.friction, low=0.0),
+            touching=checks.truth("Patch.touching", self.touching),
+            factors=array_checks.array("Patch.factors", self.factors, (DIRECTIONS,), finite=False),
+            slips=checks.truth("Patch.slips", self.slips),
+        )
+        if self.part is not None:
+            checks.keep(self, part=checks.whole("Patch.part", self.part))
+        if not (isinstance(self.area, float) and math.isnan(self.area)):
+            checks.keep(self, area=checks.number("Patch.area", self.area, low=0.0))
 
     def rows(self) -> FloatArray:
         """Velocity of the patch in its own frame, (3, 3n)."""
@@ -89,6 +108,8 @@ class Group(NamedTuple):
 
 def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...]:
     """One patch for each named region of the character; none where the scene has no ground."""
+    checks.instance("view of ground_patches", view, BodyView)
+    regions = input_kinds.names("regions of ground_patches", regions)
     ground = view.scene.ground
     if ground is None:
         return ()

@@ -23,7 +23,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import lapack
 
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError
+from warp_softbody.value import FrozenValue
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -36,8 +38,7 @@ CONVEXITY_TOLERANCE = 1e-9
 
 def uniform_directions(count: int = 8) -> FloatArray:
     """``count`` unit vectors of the tangent plane at equal angles, the first along tangent 1."""
-    if count < 3:
-        raise InputError(f"a friction cone needs at least 3 directions, got {count}")
+    count = checks.whole("count of uniform_directions", count, low=3, high=10_000)
     copy: FloatArray = _uniform(count).copy()
     return copy
 
@@ -57,8 +58,8 @@ def _no_squares() -> FloatArray:
     return np.zeros((0, 0))
 
 
-@dataclass(frozen=True, kw_only=True)
-class ContactQPCC:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ContactQPCC(FrozenValue):
     """One step's control problem; arrays are kept as read-only float64 copies.
 
     Local frame of a contact: (normal, tangent 1, tangent 2), the normal pointing out of the ground.
@@ -98,9 +99,16 @@ class ContactQPCC:
         for name in (entry.name for entry in fields(self)):
             value = getattr(self, name)
             if name != "constant":
-                array = np.array(value, np.float64, order="C")
+                plain = array_checks.array(f"ContactQPCC.{name}", value, None, finite=False)
+                array = np.array(plain, np.float64, order="C")
                 array.setflags(write=False)
                 object.__setattr__(self, name, array)
+        constant = checks.number("ContactQPCC.constant", self.constant, low=-1e300, high=1e300)
+        checks.keep(self, constant=constant)
+        for name in ("directions", "squares"):
+            if getattr(self, name).ndim != 2:
+                shape = getattr(self, name).shape
+                raise InputError(f"ContactQPCC.{name} must be a matrix, not of shape {shape}")
         if self.friction.ndim == 0 and self.velocity_offset.ndim == 1:
             spread = np.full(self.velocity_offset.size // 3, float(self.friction))
             object.__setattr__(self, "friction", spread)
@@ -152,8 +160,6 @@ class ContactQPCC:
     def _check_shapes(self) -> None:
         if self.lower.ndim != 1 or self.lower.size == 0:
             raise InputError(f"QPCC lower must hold one number per control, got {self.lower.shape}")
-        if self.directions.ndim != 2:
-            raise InputError(f"QPCC directions must be (m, 2), got {self.directions.shape}")
         nu, k, m = self.control_count, self.contact_count, len(self.directions)
         expected = {
             "hessian": (nu + 3 * k, nu + 3 * k),

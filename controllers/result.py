@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers.pieces import contact_mode
 from warp_softbody.controllers.qpcc import FloatArray
-from warp_softbody.errors import InputError
 from warp_softbody.frame import ContactMode
+from warp_softbody.value import Value
 
 
 class QPCCStatus(Enum):
@@ -25,6 +26,11 @@ class QPCCStatus(Enum):
     NO_POINT = "no consistent point found within the budget; the point is not usable"
     INFEASIBLE = "no consistent point exists; the point is not usable"
     UNBOUNDED = "the objective falls without end along a ray from the point"
+
+    @classmethod
+    def _missing_(cls, value: object) -> QPCCStatus:
+        """Refuse a value of none of them."""
+        return input_kinds.member("QPCCStatus", value, cls)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,14 +64,15 @@ class SolverOptions:
 
     def __post_init__(self) -> None:
         """Refuse budgets and tolerances that no solve could keep."""
-        if self.max_qps < 1:
-            raise InputError(f"solver max_qps must be at least 1, got {self.max_qps!r}")
-        for name in ("kicks", "patience", "starts"):
-            if getattr(self, name) < 0:
-                raise InputError(f"solver {name} must not be negative, got {getattr(self, name)!r}")
-        for name in ("time_limit", "tolerance", "qp_tolerance", "reach"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"solver {name} must be positive, got {getattr(self, name)!r}")
+        least = {"max_qps": 1, "kicks": 0, "patience": 0, "starts": 0}
+        for name, low in least.items():
+            count = checks.whole(f"SolverOptions.{name}", getattr(self, name), low=low)
+            checks.keep(self, **{name: count})
+        checks.settle(self, positive=("tolerance", "qp_tolerance"))
+        for name in ("time_limit", "reach"):
+            label, value = f"SolverOptions.{name}", getattr(self, name)
+            checks.keep(self, **{name: checks.number(label, value, above=0.0, infinite=True)})
+        checks.truth("SolverOptions.kick_held", self.kick_held)
 
 
 WARM_OPTIONS = SolverOptions(patience=1, reach=1.0)
@@ -76,8 +83,8 @@ COLD_OPTIONS = SolverOptions(max_qps=600, kicks=150, patience=150, starts=8)
 """What a solve without a start may spend where nothing is said."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class GeneralMultipliers:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class GeneralMultipliers(Value):
     """``Qx + c = A'equalities - G'inequalities + lower - upper + L'left + R'right``.
 
     ``inequalities``, ``lower`` and ``upper`` are nonnegative, and so are ``left`` and ``right``
@@ -92,8 +99,8 @@ class GeneralMultipliers:
     right: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True)
-class ContactMultipliers:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ContactMultipliers(Value):
     """Slopes of the objective as a contact's (impulse, velocity) is shifted off the physics.
 
     Attributes:
@@ -108,8 +115,8 @@ class ContactMultipliers:
     controls: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True)
-class GeneralResult:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class GeneralResult(Value):
     """The point found, with residuals computed afresh from the full form of the problem.
 
     Attributes:
@@ -141,7 +148,7 @@ class GeneralResult:
     message: str
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class QPCCResult(GeneralResult):
     """The same for the contact form.
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.view import BodyView
@@ -61,6 +62,19 @@ class RollGains:
         default_factory=lambda: ActivationCost(effort=0.02, change=5.0)
     )
 
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("top_speed",),
+            not_negative=(
+                *("position", "velocity", "steadiness", "follow", "ease", "release"),
+                *("spin_weight", "momentum_weight"),
+            ),
+            finite=("lead", "spin"),
+        )
+        checks.instance("RollGains.activation", self.activation, ActivationCost)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Leg:
@@ -76,6 +90,12 @@ class Leg:
     turn: float
     seconds: float = 3.5
 
+    def __post_init__(self) -> None:
+        """Refuse a way that leads nowhere."""
+        checks.settle(self, positive=("turn", "seconds"), finite=("direction",))
+        if abs(self.direction) != 1.0:
+            checks.refuse("Leg.direction", "1 or -1", self.direction)
+
 
 class Roll:
     """Rolls leg by leg; afterwards passive."""
@@ -90,11 +110,11 @@ class Roll:
         parts: int = 64,
     ) -> None:
         """Roll on the nodes of a region ``rim``, divided into ``parts``, on so many patches."""
-        self._gains = gains or RollGains()
-        self._legs = list(legs)
-        self._rim = rim
-        self._count = patches
-        self._parts = parts
+        self._gains = checks.optional("gains of Roll", gains, RollGains)
+        self._legs = list(checks.items("legs of Roll", legs, Leg))
+        self._rim = input_kinds.name("rim of Roll", rim)
+        self._count = checks.whole("patches of Roll", patches, low=4, high=8)
+        self._parts = checks.whole("parts of Roll", parts, low=self._count, high=2**16)
         self._last: tuple[Patch, ...] = ()
         self._height: float | None = None
         self._behind: FloatArray | None = None
@@ -102,11 +122,12 @@ class Roll:
         self._angle = 0.0
         self._from = 0.0
         self._begun = 0.0
-        self._released = None if legs else 0.0
+        self._released = None if self._legs else 0.0
         self._moved = 0.0
 
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None where the body rolls out."""
+        view = seen(view)
         self._advance(view)
         if self._released is not None:
             return self._let_go(view, view.time - self._released)

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.view import BodyView
 
@@ -42,6 +43,12 @@ class SlideGains:
         default_factory=lambda: ActivationCost(effort=0.4, change=12.0)
     )
 
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        limits = ("tilt", "spin", "learning", "furthest", "spin_weight")
+        checks.settle(self, not_negative=limits, finite=("lean",))
+        checks.instance("SlideGains.activation", self.activation, ActivationCost)
+
 
 class Slide:
     """Keeps upright on a base that slides, and leans against what pulls."""
@@ -56,15 +63,16 @@ class Slide:
         patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
     ) -> None:
         """Slack until ``start`` seconds; tilt is measured from ``base`` to ``head``."""
-        self._gains = gains or SlideGains()
-        self._start = start
-        self._base = base
-        self._head = head
-        self._patches = patches
+        self._gains = checks.optional("gains of Slide", gains, SlideGains)
+        self._start = checks.number("start of Slide", start, low=0.0, unit="s")
+        self._base = input_kinds.name("base of Slide", base)
+        self._head = input_kinds.name("head of Slide", head)
+        self._patches = input_kinds.names("patches of Slide", patches)
         self._torque = np.zeros(3)
 
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None before the start."""
+        view = seen(view)
         if view.time < self._start:
             return None
         g = self._gains
@@ -82,7 +90,9 @@ class Slide:
     def _lean(self, view: BodyView) -> FloatArray:
         """How far (m) the centre of mass is wanted behind the base, against the learnt torque."""
         g = self._gains
-        ahead = g.lean / view.weight * np.array([self._torque[1], -self._torque[0], 0.0])
+        ahead = (
+            g.lean / objectives.weight_of(view) * np.array([self._torque[1], -self._torque[0], 0.0])
+        )
         size = float(np.linalg.norm(ahead))
         return np.asarray(ahead * min(1.0, g.furthest / size) if size > 0.0 else ahead)
 

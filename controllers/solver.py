@@ -9,6 +9,7 @@ from typing import overload
 
 import numpy as np
 
+from warp_softbody import checks
 from warp_softbody.controllers.cold import cold_minima
 from warp_softbody.controllers.contact_result import (
     finish,
@@ -101,7 +102,11 @@ def solve_qpcc(
         options: all of the budget; default ``COLD_OPTIONS`` without a start, else
             ``WARM_OPTIONS``.
     """
-    options = options or (COLD_OPTIONS if start is None else WARM_OPTIONS)
+    _check_problem(problem)
+    if options is None:
+        options = COLD_OPTIONS if start is None else WARM_OPTIONS
+    checks.instance("options of solve_qpcc", options, SolverOptions)
+    seed = checks.whole("seed of solve_qpcc", seed)
     options = replace(
         options,
         max_qps=options.max_qps if budget is None else budget,
@@ -147,12 +152,18 @@ def solve_static(
     absent; ``touching`` (K,) defaults to all. Where that is infeasible the controls in use stay,
     with the forward contact solution that belongs to them.
     """
-    search = new_search(problem, options or SolverOptions())
+    checks.instance("problem of solve_static", problem, ContactQPCC)
+    search = new_search(problem, checks.optional("options", options, SolverOptions))
     controls = scaled_controls(search.reduced, fallback_controls)
     node = search.visit(static_modes(search, touching))
     if node is None:
         return forward_result(search, controls, forward_contact(search.reduced, controls))
     return finish(search, node, QPCCStatus.STATIC)
+
+
+def _check_problem(problem: object) -> None:
+    if not isinstance(problem, ContactQPCC | QPCC):
+        checks.refuse("problem", "a ContactQPCC or a QPCC", problem)
 
 
 @overload
@@ -170,6 +181,7 @@ def enumerate_qpcc(problem: ContactQPCC | QPCC) -> GeneralResult:
     pairs, which leaves out only what a relaxation shows to be worse. As certain as the QP solver's
     verdicts of infeasibility, which neither can check.
     """
+    _check_problem(problem)
     if isinstance(problem, QPCC):
         return enumerate_general(problem)
     if problem.contact_count > ENUMERATION_LIMIT:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.view import BodyView
@@ -73,6 +74,20 @@ class WalkGains:
     ease: float = 9.0
     ease_time: float = 0.25
 
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("swing",),
+            not_negative=(
+                *("lift", "touch_down", "leash", "position", "velocity", "spin"),
+                *("momentum_weight", "spin_weight", "foot_position", "foot_velocity"),
+                *("foot_weight", "ease", "ease_time"),
+            ),
+            finite=("stride", "sway"),
+        )
+        checks.instance("WalkGains.activation", self.activation, ActivationCost)
+
 
 class Walk:
     """Walks along x, on level ground, for as long as it is asked."""
@@ -86,10 +101,10 @@ class Walk:
         feet: tuple[str, ...] = FEET,
     ) -> None:
         """Lift the feet of each entry of ``gait`` in turn, from ``start`` seconds on."""
-        self._gains = gains or WalkGains()
-        self._gait = gait
-        self._start = start
-        self._feet = feet
+        self._gains = checks.optional("gains of Walk", gains, WalkGains)
+        self._feet = feet = input_kinds.names("feet of Walk", feet)
+        self._gait = _checked_gait(gait, len(feet))
+        self._start = checks.number("start of Walk", start, low=0.0, unit="s")
         self._origin = np.zeros(3)
         self._home: FloatArray | None = None
         self._left = np.zeros((len(feet), 3))
@@ -97,7 +112,7 @@ class Walk:
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
-        g = self._gains
+        g, view = self._gains, seen(view)
         feet = _FeetNow(view, self._feet)
         home = self._stand(view, feet)
         phase, share = self._time(view.time)
@@ -199,7 +214,7 @@ class Walk:
         now = weights @ view.velocities
         way = speed + g.foot_position * (place - feet.lowest[foot])
         soon = now + view.time_step * g.foot_velocity * (way - now)
-        unit = view.weight / view.mass * view.time_step
+        unit = objectives.weight_of(view) / view.mass * view.time_step
         return objectives.velocity(view, weights, soon, g.foot_weight / unit**2)
 
     def _activation(self, phase: int, share: float) -> ActivationCost:
@@ -225,6 +240,19 @@ class _FeetNow:
             row[nodes] = 1.0 / len(nodes)
         self.lowest = self.weights @ view.positions
         self.lowest[:, 2] = [view.positions[nodes, 2].min() for nodes in regions]
+
+
+def _checked_gait(gait: object, feet: int) -> Gait:
+    """Which feet are swung together, one entry after the other."""
+    wanted = f"a tuple of tuples of feet from 0 to {feet - 1}"
+    entries = checks.several("gait of Walk", gait, wanted)
+    if not entries:
+        checks.refuse("gait of Walk", wanted, gait)
+    swings = [checks.several("a swing in the gait of Walk", entry, wanted) for entry in entries]
+    return tuple(
+        tuple(checks.whole("a foot in the gait of Walk", foot, high=feet - 1) for foot in swing)
+        for swing in swings
+    )
 
 
 def _smooth(share: float) -> tuple[float, float]:

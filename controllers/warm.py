@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks
 from warp_softbody.controllers.node import Node
 from warp_softbody.controllers.pieces import LIFT, STICK
 from warp_softbody.controllers.qpcc import FloatArray
@@ -25,8 +26,13 @@ def static_modes(search: Search, touching: BoolArray | None) -> tuple[int, ...]:
     count = search.reduced.problem.contact_count
     if touching is None:
         return (STICK,) * count
-    if np.shape(touching) != (count,):
-        raise InputError(f"touching must be {count} truth values, got {touching!r}")
+    try:
+        given = np.asarray(touching)
+    except Exception:
+        # rows of unequal length, or an object whose own conversion fails
+        checks.refuse("touching", f"{count} truth values", touching)
+    if given.shape != (count,) or (count and given.dtype != np.bool_):
+        checks.refuse("touching", f"{count} truth values", touching)
     return tuple(STICK if holds else LIFT for holds in touching)
 
 
@@ -56,9 +62,11 @@ def _worth(node: Node) -> float:
 def _checked(search: Search, start: Sequence[int] | FloatArray) -> tuple[int, ...]:
     count = search.reduced.problem.contact_count
     highest = search.reduced.table.valid.shape[1]
-    whole = all(mode == int(mode) and 0 <= mode < highest for mode in start)
-    if len(start) != count or not whole:
-        raise InputError(
-            f"start must be {count} modes from 0 to {highest - 1}, got {tuple(start)!r}"
-        )
-    return tuple(int(mode) for mode in start)
+    wanted = f"{count} modes from 0 to {highest - 1}"
+    given = checks.several("start", start, wanted)
+    if len(given) != count:
+        checks.refuse("start", wanted, given)
+    try:
+        return tuple(checks.whole("a mode of start", mode, high=highest - 1) for mode in given)
+    except InputError:
+        checks.refuse("start", wanted, given)

@@ -13,6 +13,9 @@ import warp as wp
 BLOCK = 16
 """Right-hand sides solved side by side: one AVX-512 register of float32."""
 
+MODULES: set[str] = set()
+"""Names of the Warp modules made so far."""
+
 
 @dataclass(frozen=True)
 class Real:
@@ -56,7 +59,9 @@ class Real:
         return wp.func_native(snippet.replace("SCALAR", name).replace("LANES", str(BLOCK)))
 
     def _module(self, subject: str) -> str:
-        return f"warp_softbody.kernels.{subject}.{self.name}"
+        name = f"warp_softbody.kernels.{subject}.{self.name}"
+        MODULES.add(name)
+        return name
 
 
 @cache

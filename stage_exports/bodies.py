@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from warp_softbody import array_checks
 from warp_softbody.character import Character
+from warp_softbody.errors import InputError
 from warp_softbody.frame import ContactSample, Frame
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.layout import Layout
@@ -64,6 +67,23 @@ class StagedBody:
             modes=contacts.modes[own],
             forces=contacts.forces[own],
         )
+
+
+def check_fits(frame: Frame, bodies: Sequence[StagedBody]) -> None:
+    """Refuse a frame of other bodies, or one that cannot be drawn."""
+    last = bodies[-1]
+    for name, rows in (
+        ("positions", last.nodes.stop),
+        ("activations", last.segments.stop),
+        ("fiber_points", last.vertices.stop),
+    ):
+        array = getattr(frame, name)
+        if len(array) != rows:
+            raise InputError(
+                f"frame {frame.index}: {name} must have {rows} rows for this scene, "
+                f"not {len(array)}"
+            )
+        array_checks.array(f"frame {frame.index}: {name}", array, None)
 
 
 def staged_bodies(scene: Scene) -> tuple[StagedBody, ...]:

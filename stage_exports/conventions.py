@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import input_kinds
 from warp_softbody.errors import InputError, OutputError
 
 FloatArray = npt.NDArray[np.float64]
@@ -59,7 +60,11 @@ def checked_target(
     path: str | Path, *, extensions: tuple[str, ...], overwrite: bool = True
 ) -> Path:
     """The path of a file that can be written there, or one clear sentence why not."""
-    target = Path(path).expanduser().absolute()
+    given = input_kinds.path("path of a file to write", path)
+    try:
+        target = given.expanduser().absolute()
+    except RuntimeError as error:
+        raise OutputError(f"cannot write {str(path)!r}: {error}") from error
     if target.suffix.lower() not in extensions:
         known = ", ".join(extensions)
         raise OutputError(f"cannot write {str(path)!r}: the file name must end in one of {known}")

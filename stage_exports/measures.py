@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks
 from warp_softbody.ground import Ground
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.reader import Take
+from warp_softbody.value import Value
 
 # A skin triangle belongs to the base when it lies, at rest, in the lowest part of the body.
 _BASE_BAND = 0.01
@@ -19,8 +21,8 @@ ROUNDING = 1e-5
 that is 6e-4 m/s^2, and a swing to and fro of 0.1 micrometre."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Measures:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Measures(Value):
     """One value a frame.
 
     Attributes:
@@ -33,7 +35,7 @@ class Measures:
         tilt: (f,) degrees between the body's rest vertical, carried along by the rotation that fits
             all nodes best, and z.
         base_area: (f,) m^2, of the skin that is lowest at rest, projected on the ground.
-        finite: (f,) whether every position and velocity is finite.
+        finite: (f,) whether every position, velocity and activation is finite.
     """
 
     times: FloatArray
@@ -53,6 +55,7 @@ def reversals(take: Take) -> float:
     shakes has many; it depends on the frame rate, so compare at 60 frames a second. Changes of
     velocity within ``ROUNDING`` are none, or a body that stands perfectly still would shake.
     """
+    checks.instance("take of reversals", take, Take)
     if len(take) < 4:
         return 0.0
     change = np.diff(take.velocities, axis=0)
@@ -62,6 +65,7 @@ def reversals(take: Take) -> float:
 
 def measure(take: Take) -> Measures:
     """Measure every frame of a take."""
+    checks.instance("take of measure", take, Take)
     rest_volumes = tet_volumes(take.rest, take.tets)
     # Frame by frame: the corners of all tets of a long take at once would fill the memory.
     volumes = np.stack([tet_volumes(points, take.tets) for points in take.tet_points])
@@ -74,7 +78,9 @@ def measure(take: Take) -> Measures:
         centre_of_mass=np.asarray(masses @ take.tet_points / masses.sum()),
         tilt=_tilt(take.rest, take.tet_points, masses),
         base_area=_base_area(take),
-        finite=_finite(take.tet_points) & _finite(take.velocities),
+        finite=_finite(take.tet_points)
+        & _finite(take.velocities)
+        & np.isfinite(take.activations).all(axis=1),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from pathlib import Path
 from types import TracebackType
@@ -10,13 +9,14 @@ from typing import Any
 
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
-from warp_softbody.stage_exports.conventions import checked_target
-from warp_softbody.stage_exports.picture import Size, checked_aspect, imageio
+from warp_softbody.stage_exports.conventions import FloatArray, checked_target
+from warp_softbody.stage_exports.picture import Size, checked_size, imageio
 from warp_softbody.stage_exports.render import Renderer
 from warp_softbody.stage_exports.subject import Pose, Subject
 
@@ -48,22 +48,23 @@ class Movie:
                 pose with some room.
         """
         self._target = checked_target(path, extensions=(".gif", ".mp4"))
-        if not (math.isfinite(fps) and fps > 0.0):
-            raise InputError(f"fps must be finite and positive, got {fps!r}")
-        aspect = checked_aspect(size)
+        checks.instance("scene of a Movie", scene, Scene)
+        fps = checks.number("fps of a Movie", fps, low=1e-3, high=1e4, unit="1/s")
+        size = checked_size(size)
         if self._target.suffix.lower() == ".mp4" and (size[0] % 2 or size[1] % 2):
             raise InputError(f"an .mp4 needs an even width and height, got {size!r}")
         self._bodies = staged_bodies(scene)
-        box = start_box(scene.whole.mesh.points) if bounds is None else bounds
-        camera = Camera.framing(*box, aspect=aspect)
+        box = start_box(scene.whole.mesh.points) if bounds is None else _checked_box(bounds)
+        camera = Camera.framing(*box, aspect=size[0] / size[1])
         subject = Subject.of_bodies(self._bodies, scene.ground)
         self._renderer = Renderer(subject, camera, size)
         self._temporary = self._target.with_name(f".writing.{self._target.name}")
-        self._fps = float(fps)
+        self._fps = fps
         self._writer: Any = None
 
     def write(self, frame: Frame) -> None:
         """Draw a frame and add it."""
+        checks.instance("frame of a Movie", frame, Frame)
         image = self._renderer.draw(Pose.of_frame(frame, self._bodies))
         try:
             if self._writer is None:
@@ -97,6 +98,14 @@ class Movie:
     ) -> None:
         """Keep the frames so far, whatever ended the body."""
         self.close()
+
+
+def _checked_box(bounds: object) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest corner of a box with some room in it."""
+    low, high = array_checks.array("bounds of a Movie", bounds, (2, 3), unit="m")
+    if not (low <= high).all() or (low == high).all():
+        checks.refuse("bounds of a Movie", "the lowest and the highest corner of a box", bounds)
+    return low, high
 
 
 def _open_writer(path: Path, fps: float) -> Any:

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from warp_softbody import checks
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
@@ -30,19 +31,30 @@ def draw_picture(
         frame: what is drawn.
         size: width and height, pixels.
     """
+    checks.instance("scene of a picture", scene, Scene)
+    checks.instance("frame of a picture", frame, Frame)
+    size = checked_size(size)
     target = checked_target(path, extensions=(".png",))
     bodies = staged_bodies(scene)
-    camera = Camera.framing(*start_box(frame.positions), aspect=checked_aspect(size))
+    pose = Pose.of_frame(frame, bodies)
+    camera = Camera.framing(*start_box(frame.positions), aspect=size[0] / size[1])
     renderer = Renderer(Subject.of_bodies(bodies, scene.ground), camera, size)
-    save_png(target, renderer.draw(Pose.of_frame(frame, bodies)))
+    save_png(target, renderer.draw(pose))
     return target
 
 
-def checked_aspect(size: Size) -> float:
-    """Width over height of a picture that can be drawn."""
-    if len(size) != 2 or min(size) < 16 or max(size) > 8192:
-        raise InputError(f"picture size must be two numbers from 16 to 8192, got {size!r}")
-    return size[0] / size[1]
+def checked_size(size: object) -> Size:
+    """Width and height of a picture that can be drawn."""
+    wanted = "two whole numbers of pixels from 16 to 8192"
+    try:
+        width, height = checks.vector("picture size", size, 2)
+        limits = {"low": 16, "high": 8192}
+        return (
+            checks.whole("picture size", width, **limits),
+            checks.whole("picture size", height, **limits),
+        )
+    except InputError:
+        checks.refuse("picture size", wanted, size)
 
 
 def save_png(target: Path, image: Image) -> None:

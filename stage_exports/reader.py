@@ -11,16 +11,18 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Sdf, Tf, Usd
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.errors import InputError
 from warp_softbody.frame import ContactSample
 from warp_softbody.ground import Ground
 from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.grounds import read_ground
+from warp_softbody.value import Value
 
 
-@dataclass(frozen=True, kw_only=True)
-class Take:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Take(Value):
     """One body's motion in NumPy; lengths as stored, in single precision, widened to float64.
 
     Attributes:
@@ -78,8 +80,10 @@ def read_take(path: str | Path, name: str | None = None) -> Take:
     bodies = {body.GetName(): body for body in _bodies(stage, path)}
     if name is None:
         return _take(stage, next(iter(bodies.values())), path)
-    if name not in bodies:
-        raise InputError(f"{str(path)!r} holds no body {name!r}; it holds: {', '.join(bodies)}")
+    if not isinstance(name, str) or name not in bodies:
+        raise InputError(
+            f"{str(path)!r} holds no body {checks.shown(name)}; it holds: {', '.join(bodies)}"
+        )
     return _take(stage, bodies[name], path)
 
 
@@ -126,8 +130,9 @@ def _take(stage: Any, body: Any, path: str | Path) -> Take:
 
 def open_stage(path: str | Path) -> Any:
     """The stage as it is on disk now, whatever an earlier read of the same name has cached."""
+    file = input_kinds.path("path of a stage", path)
     try:
-        layer = Sdf.Layer.OpenAsAnonymous(str(path)) if Path(path).is_file() else None
+        layer = Sdf.Layer.OpenAsAnonymous(str(file)) if file.is_file() else None
     except Tf.ErrorException:
         layer = None
     if layer is None:

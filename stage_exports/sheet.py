@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from warp_softbody import checks
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.conventions import FloatArray, checked_target
-from warp_softbody.stage_exports.picture import Size, checked_aspect, save_png
+from warp_softbody.stage_exports.picture import Size, checked_size, save_png
 from warp_softbody.stage_exports.reader import Take, read_takes
 from warp_softbody.stage_exports.render import Image, Renderer
 from warp_softbody.stage_exports.subject import Pose, Subject
@@ -41,10 +43,11 @@ def draw_take(
         The path of the picture. All frames share one camera, which sees the whole motion.
     """
     target = checked_target(path, extensions=(".png",))
-    if count < 1 or columns < 1:
-        raise InputError(f"count and columns must be at least 1, got {count!r} and {columns!r}")
+    count = checks.whole("count of draw_take", count, low=1, high=10_000)
+    columns = checks.whole("columns of draw_take", columns, low=1, high=10_000)
+    size = checked_size(size)
     shown = _takes(take)
-    camera = Camera.framing(*take_bounds(*shown), aspect=checked_aspect(size), margin=1.2)
+    camera = Camera.framing(*take_bounds(*shown), aspect=size[0] / size[1], margin=1.2)
     renderer = Renderer(Subject.of_takes(shown), camera, size)
     chosen = np.unique(np.linspace(0, len(shown[0]) - 1, count).round().astype(int))
     images = [renderer.draw(Pose.of_takes(shown, index)) for index in chosen.tolist()]
@@ -54,15 +57,18 @@ def draw_take(
 
 def take_bounds(*takes: Take) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest corner of all frames, as `Movie` takes them."""
+    if not takes:
+        raise InputError("take_bounds needs at least one take")
+    checks.items("takes of take_bounds", takes, Take)
     low = [take.skin_points.min(axis=(0, 1)) for take in takes]
     high = [take.skin_points.max(axis=(0, 1)) for take in takes]
     return np.min(low, axis=0), np.max(high, axis=0)
 
 
 def _takes(take: Take | Sequence[Take] | str | Path) -> tuple[Take, ...]:
-    if isinstance(take, str | Path):
+    if isinstance(take, str | os.PathLike):
         return read_takes(take)
-    takes = (take,) if isinstance(take, Take) else tuple(take)
+    takes = (take,) if isinstance(take, Take) else checks.items("take of draw_take", take, Take)
     if not takes or any(not np.array_equal(one.times, takes[0].times) for one in takes):
         raise InputError("a picture needs at least one take, and takes of the same frames")
     return takes

@@ -10,7 +10,7 @@ import numpy as np
 
 from warp_softbody.frame import Frame
 from warp_softbody.ground import Ground
-from warp_softbody.stage_exports.bodies import StagedBody
+from warp_softbody.stage_exports.bodies import StagedBody, check_fits
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.reader import Take
 
@@ -110,6 +110,7 @@ class Pose:
     @classmethod
     def of_frame(cls, frame: Frame, bodies: Sequence[StagedBody]) -> Pose:
         """The pose of a running scene."""
+        check_fits(frame, bodies)
         nodes = [body.layout.skin_nodes + body.nodes.start for body in bodies]
         ends = [body.layout.segment_ends + body.vertices.start for body in bodies]
         return cls(

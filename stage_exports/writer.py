@@ -9,6 +9,7 @@ from types import TracebackType
 
 import numpy as np
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
@@ -53,16 +54,16 @@ class StageWriter:
             metadata: kept in the stage's customLayerData, by name.
             chunk_frames: frames held in memory at most.
         """
-        if not (math.isfinite(fps) and fps > 0.0):
-            raise InputError(f"fps must be finite and positive, got {fps!r}")
-        if chunk_frames < 1:
-            raise InputError(f"chunk_frames must be at least 1, got {chunk_frames!r}")
+        fps = checks.number("fps of a StageWriter", fps, above=0.0, unit="1/s")
+        chunk_frames = checks.whole("chunk_frames of a StageWriter", chunk_frames, low=1)
+        checks.truth("overwrite of a StageWriter", overwrite)
+        checks.instance("scene of a StageWriter", scene, Scene)
         for character in scene.characters:
             character_path(character.name)
         self._path = checked_target(path, extensions=EXTENSIONS, overwrite=overwrite)
         self._scene = scene
-        self._fps = float(fps)
-        self._metadata = _checked_metadata(metadata or {})
+        self._fps = fps
+        self._metadata = _checked_metadata({} if metadata is None else metadata)
         self._chunk_frames = chunk_frames
         self._bodies = staged_bodies(scene)
         self._chunks = ChunkFolder(self._path)
@@ -80,6 +81,7 @@ class StageWriter:
         """Add a frame; times must increase."""
         if self._closed:
             raise OutputError(f"{str(self._path)!r} is closed; no frame can be added")
+        checks.instance("frame to write", frame, Frame)
         time_code = round(frame.time * self._fps, TIME_CODE_DIGITS)
         if not time_code > self._last_time_code:
             raise InputError(
@@ -149,7 +151,18 @@ class StageWriter:
 
 
 def _checked_metadata(metadata: Mapping[str, str | float]) -> dict[str, str | float]:
-    for name, value in metadata.items():
-        if not isinstance(value, str | int | float):
-            raise InputError(f"metadata {name!r} must be text or a number, got {value!r}")
-    return dict(metadata)
+    checked: dict[str, str | float] = {}
+    for name, value in input_kinds.mapping("metadata of a StageWriter", metadata).items():
+        input_kinds.name("a name in the metadata of a StageWriter", name)
+        given = checks.plain(value)
+        if isinstance(given, str):
+            checked[name] = input_kinds.text(f"metadata {name!r}", given)
+        elif isinstance(given, bool):
+            checked[name] = given
+        elif isinstance(given, int) and abs(given) < 2**63:
+            checked[name] = given
+        elif isinstance(given, float):
+            checked[name] = given
+        else:
+            checks.refuse(f"metadata {name!r}", "text or a number", value)
+    return checked

@@ -12,6 +12,8 @@ import warp as wp
 from warp_softbody.kernels.account import make_account
 from warp_softbody.model import Model
 from warp_softbody.state import Contacts, State
+from warp_softbody.turns import shares_warp
+from warp_softbody.warp_runtime import captured
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -127,13 +129,13 @@ class ShapeGauge:
         self._counts = [model.zeros(bodies, wp.int32) for _ in range(2)]
         self._graphs: dict[int, tuple[Any, State]] = {}
 
+    @shares_warp
     def measure(self, state: State) -> None:
         """Measure a state."""
         if id(state) not in self._graphs:
-            with wp.ScopedCapture(device=self._model.options.device) as capture:
-                self._launch(state)
+            graph = captured(self._model.options.device, lambda: self._launch(state))
             # the state is kept alive, so that its identity is not used again
-            self._graphs[id(state)] = (capture.graph, state)
+            self._graphs[id(state)] = (graph, state)
         wp.capture_launch(self._graphs[id(state)][0])
 
     def _launch(self, state: State) -> None:

@@ -10,19 +10,21 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError
 from warp_softbody.ground_friction import DirectionalFriction
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.muscles import MuscleGroup
+from warp_softbody.value import FrozenValue
 
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Body:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Body(FrozenValue):
     """One more body of a scene.
 
     Attributes:
@@ -35,9 +37,8 @@ class Body:
 
     def __post_init__(self) -> None:
         """Refuse a velocity that is not finite."""
-        if not all(math.isfinite(part) for part in self.velocity):
-            name = self.character.name
-            raise InputError(f"velocity of body {name!r} must be finite, got {self.velocity!r}")
+        checks.instance("Body.character", self.character, Character)
+        checks.keep(self, velocity=checks.vector("Body.velocity", self.velocity, unit="m/s"))
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,10 @@ def placed(
         axis: of the turn, right-handed.
         degrees: of the turn.
     """
-    turn = _turn(axis, math.radians(degrees))
-    shift = np.array(translation, dtype=np.float64)
-    if not (np.isfinite(shift).all() and np.isfinite(turn).all()):
-        raise InputError(f"placing {character.name!r} needs finite numbers and an axis of a length")
+    checks.instance("character of placed", character, Character)
+    angle = math.radians(checks.number("degrees of placed", degrees))
+    turn = _turn(checks.direction("axis of placed", axis), angle)
+    shift = np.array(checks.vector("translation of placed", translation, unit="m"))
 
     def move(points: FloatArray) -> FloatArray:
         return np.asarray(points @ turn.T + shift)
@@ -86,7 +87,7 @@ def placed(
     )
     return replace(
         character,
-        name=name or character.name,
+        name=character.name if name is None else name,
         mesh=replace(character.mesh, points=move(character.mesh.points)),
         muscles=muscles,
         directional_friction=frictions,
@@ -109,10 +110,15 @@ def join(characters: Sequence[Character]) -> Character:
     for character, part in zip(characters, parts, strict=True):
         prefix = "" if character is first else f"{character.name}."
         for name, nodes in character.regions.items():
+            if prefix + name in regions:
+                raise InputError(
+                    f"two regions of the scene are called {prefix + name!r}: one of body "
+                    f"{first.name!r}, and {name!r} of body {character.name!r}"
+                )
             regions[prefix + name] = nodes + part.nodes.start
         for friction in character.directional_friction:
             frictions.append(replace(friction, region=prefix + friction.region))
-        muscles += character.muscles
+        muscles += [_prefixed(group, prefix) for group in character.muscles]
     points = np.concatenate([c.mesh.points for c in characters])
     tets = np.concatenate(
         [c.mesh.tets + p.nodes.start for c, p in zip(characters, parts, strict=True)]
@@ -126,6 +132,14 @@ def join(characters: Sequence[Character]) -> Character:
         fixed=np.concatenate(fixed).astype(np.int32),
         directional_friction=tuple(frictions),
     )
+
+
+def _prefixed(group: MuscleGroup, prefix: str) -> MuscleGroup:
+    """A muscle group with something in front of its name and those of its fibres."""
+    if not prefix:
+        return group
+    fibers = tuple(replace(fiber, name=prefix + fiber.name) for fiber in group.fibers)
+    return replace(group, name=prefix + group.name, fibers=fibers)
 
 
 def parts_of(characters: Sequence[Character]) -> tuple[Part, ...]:
@@ -145,11 +159,8 @@ def parts_of(characters: Sequence[Character]) -> tuple[Part, ...]:
     )
 
 
-def _turn(axis: Vector, angle: float) -> FloatArray:
-    """Rotation matrix about an axis (Rodrigues)."""
-    length = math.sqrt(sum(part * part for part in axis))
-    if length == 0.0:
-        return np.full((3, 3), np.nan)
-    x, y, z = (part / length for part in axis)
+def _turn(axis: tuple[float, ...], angle: float) -> FloatArray:
+    """Rotation matrix about a unit axis (Rodrigues)."""
+    x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)

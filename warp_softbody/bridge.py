@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warp_softbody import array_checks, checks
 from warp_softbody.block_factor import Freedom
 from warp_softbody.errors import InputError
 from warp_softbody.kernels import block_gradients as bg
@@ -24,6 +25,9 @@ from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.kernels.precision import BLOCK
 from warp_softbody.preconditioner import make_preconditioner
 from warp_softbody.stepper import Stepper
+from warp_softbody.turns import shares_warp
+from warp_softbody.value import Value
+from warp_softbody.warp_runtime import captured
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -34,8 +38,8 @@ BLOCK_COST = 3
 """Cost of an iteration of a block in units of one for a single right-hand side."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ControlProblem:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ControlProblem(Value):
     """Linear maps of one step for r rows of J and s muscle segments.
 
     Attributes:
@@ -64,8 +68,11 @@ class ControlProblem:
 class Bridge:
     """Solves M~ W = J^T for the controller, in blocks of 16 rows, starting from the last W."""
 
+    @shares_warp
     def __init__(self, stepper: Stepper, row_capacity: int = BLOCK) -> None:
         """Work arrays for up to ``row_capacity`` rows of J; they grow when more are asked for."""
+        checks.instance("stepper of a Bridge", stepper, Stepper)
+        row_capacity = checks.whole("row_capacity of a Bridge", row_capacity, low=1, high=2**16)
         model = stepper.model
         types = model.types
         self._stepper = stepper
@@ -112,9 +119,11 @@ class Bridge:
         """Rows of J that there is room for."""
         return self._blocks * BLOCK
 
+    @shares_warp
     def solve(self, rows: FloatArray) -> ControlProblem:
         """The maps of rows J (r, 3n) at the state last assembled by the stepper."""
         model = self._stepper.model
+        rows = array_checks.array("rows of a Bridge", rows, (None, None))
         if rows.ndim != 2 or rows.shape[1] != 3 * model.node_count:
             raise InputError(
                 f"a bridge takes rows of {3 * model.node_count} numbers, got shape {rows.shape}"
@@ -153,7 +162,7 @@ class Bridge:
         model = self._stepper.model
         if len(model.body.fixed):
             return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
-        by_node = rows.reshape(len(rows), -1, 3)
+        by_node = rows.reshape(len(rows), model.node_count, 3)
         first, last = by_node[:, 0] / model.masses[0], by_node[:, -1] / model.masses[-1]
         # most rows are told apart by two nodes
         size = np.abs(first).max(axis=1, keepdims=True)
@@ -175,9 +184,7 @@ class Bridge:
         renew = self._preconditioner.stale
         key = (renew, len(self._work["j"]))
         if key not in self._graphs:
-            with wp.ScopedCapture(device=model.options.device) as capture:
-                self._launch(renew)
-            self._graphs[key] = capture.graph
+            self._graphs[key] = captured(model.options.device, lambda: self._launch(renew))
         wp.capture_launch(self._graphs[key])
         if renew:
             self._preconditioner.renewed()

@@ -10,17 +10,19 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.errors import InputError
 from warp_softbody.ground_friction import DirectionalFriction, NodeFriction, friction_by_node
 from warp_softbody.material import Material
 from warp_softbody.mesh import TetMesh
 from warp_softbody.muscles import Fiber, MuscleGroup
+from warp_softbody.value import FrozenValue
 
 IntArray = npt.NDArray[np.int32]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Character:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Character(FrozenValue):
     """Everything about a body that does not change while it moves.
 
     Attributes:
@@ -28,9 +30,9 @@ class Character:
         mesh: rest shape.
         material: elastic constants, density and damping.
         muscles: groups of fibres; empty for a passive body.
-        regions: node indices by name ("base", "head", ...), each (k,) int32; those of the mesh
-            are taken up.
-        fixed: node indices that never move, (k,) int32.
+        regions: nodes by name ("base", "head", ...); given as indices in any order or as a mask of
+            the mesh's nodes, kept as ascending indices (k,) int32; those of the mesh are taken up.
+        fixed: nodes that never move, given and kept likewise.
         color: display colour, linear RGB in 0..1.
         directional_friction: of regions that slide more easily one way than another.
     """
@@ -46,25 +48,31 @@ class Character:
 
     def __post_init__(self) -> None:
         """Check the name and the index sets against the mesh."""
-        if not self.name.isidentifier():
-            raise InputError(f"character name must be an identifier, got {self.name!r}")
-        named = {**self.mesh.regions, **self.regions}
-        regions = {name: self._indices(name, nodes) for name, nodes in named.items()}
-        object.__setattr__(self, "regions", MappingProxyType(regions))
-        object.__setattr__(self, "fixed", self._indices("fixed", self.fixed))
+        name = input_kinds.identifier("Character.name", self.name)
+        mesh = checks.instance("Character.mesh", self.mesh, TetMesh)
+        checks.instance("Character.material", self.material, Material)
+        count = len(mesh.points)
+        named = {**mesh.regions, **input_kinds.mapping("Character.regions", self.regions)}
+        regions = {
+            input_kinds.name(f"name of a region of {name!r}", region): input_kinds.node_set(
+                f"region {region!r} of {name!r}", nodes, count
+            )
+            for region, nodes in named.items()
+        }
+        checks.keep(
+            self,
+            muscles=checks.items("Character.muscles", self.muscles, MuscleGroup),
+            regions=MappingProxyType(regions),
+            fixed=input_kinds.node_set(f"Character.fixed of {name!r}", self.fixed, count),
+            color=input_kinds.color(f"Character.color of {name!r}", self.color),
+            directional_friction=checks.items(
+                "Character.directional_friction", self.directional_friction, DirectionalFriction
+            ),
+        )
+        input_kinds.distinct(f"muscle groups of {name!r}", (group.name for group in self.muscles))
+        input_kinds.distinct(f"fibres of {name!r}", (fiber.name for fiber in self.fibers))
         for friction in self.directional_friction:
             self.region(friction.region)
-
-    def _indices(self, name: str, nodes: npt.ArrayLike) -> IntArray:
-        checked = np.unique(np.asarray(nodes, dtype=np.int32))
-        count = len(self.mesh.points)
-        if checked.size and (checked[0] < 0 or checked[-1] >= count):
-            raise InputError(
-                f"character {self.name!r}: region {name!r} holds node {checked[-1]}, "
-                f"but the mesh has {count} nodes"
-            )
-        checked.setflags(write=False)
-        return checked
 
     @property
     def fibers(self) -> tuple[Fiber, ...]:
@@ -83,7 +91,9 @@ class Character:
 
     def region(self, name: str) -> IntArray:
         """Node indices of a named region; one sentence when there is none of that name."""
-        if name not in self.regions:
+        if not isinstance(name, str) or name not in self.regions:
             known = ", ".join(sorted(self.regions)) or "none"
-            raise InputError(f"character {self.name!r} has no region {name!r}; it has: {known}")
+            raise InputError(
+                f"character {self.name!r} has no region {checks.shown(name)}; it has: {known}"
+            )
         return self.regions[name]

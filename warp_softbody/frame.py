@@ -8,6 +8,9 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks, input_kinds
+from warp_softbody.value import Value
+
 FloatArray = npt.NDArray[np.float64]
 
 
@@ -18,9 +21,14 @@ class ContactMode(IntEnum):
     STICK = 1
     SLIDE = 2
 
+    @classmethod
+    def _missing_(cls, value: object) -> ContactMode:
+        """Refuse a number of none of the modes."""
+        return input_kinds.member("ContactMode", value, cls)
 
-@dataclass(frozen=True, kw_only=True)
-class ContactSample:
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ContactSample(Value):
     """Touching nodes of one frame: of the ground, and of other surfaces.
 
     Attributes:
@@ -35,9 +43,15 @@ class ContactSample:
     modes: npt.NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     forces: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
+    def __post_init__(self) -> None:
+        """Refuse what are no arrays of these shapes; whether they are finite is not asked here."""
+        for name, shape in _SAMPLE_SHAPES.items():
+            label = f"ContactSample.{name}"
+            _check_array(label, getattr(self, name), shape)
 
-@dataclass(frozen=True, kw_only=True)
-class Frame:
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Frame(Value):
     """A snapshot; every array is a copy that the receiver may keep.
 
     Attributes:
@@ -60,3 +74,28 @@ class Frame:
     fiber_points: FloatArray
     contacts: ContactSample
     patches: ContactSample = field(default_factory=ContactSample)
+
+    def __post_init__(self) -> None:
+        """Refuse what are no arrays of these shapes; whether they are finite is not asked here."""
+        index = checks.whole("Frame.index", self.index)
+        checks.keep(self, index=index, time=checks.number("Frame.time", self.time, unit="s"))
+        for name, shape in _FRAME_SHAPES.items():
+            _check_array(f"Frame.{name}", getattr(self, name), shape)
+        checks.instance("Frame.contacts", self.contacts, ContactSample)
+        checks.instance("Frame.patches", self.patches, ContactSample)
+
+
+_SAMPLE_SHAPES = {"nodes": (None,), "points": (None, 3), "modes": (None,), "forces": (None, 3)}
+_FRAME_SHAPES = {
+    "positions": (None, 3),
+    "velocities": (None, 3),
+    "activations": (None,),
+    "fiber_points": (None, 3),
+}
+
+
+def _check_array(label: str, value: object, shape: tuple[int | None, ...]) -> None:
+    """A frame hands its arrays on as they are, so only arrays are taken."""
+    if not isinstance(value, np.ndarray):
+        checks.refuse(label, "an array", value)
+    array_checks.array(label, value, shape, finite=False)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.errors import InputError
+from warp_softbody import array_checks, checks
 
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -36,10 +35,16 @@ class Ground(Protocol):
         ...
 
 
-def checked_friction(friction: float, name: str) -> None:
-    """Refuse a friction that is negative or not finite."""
-    if not (math.isfinite(friction) and friction >= 0.0):
-        raise InputError(f"{name} friction must be finite and not negative, got {friction!r}")
+def checked_ground(label: str, ground: object) -> Ground:
+    """Refuse what does not answer as a ground does."""
+    if isinstance(ground, type) or not callable(getattr(ground, "measure", None)):
+        checks.refuse(label, "a Plane, a HeightField, a TriangleGround or None", ground)
+    return cast(Ground, ground)
+
+
+def measurable(label: str, points: npt.ArrayLike) -> FloatArray:
+    """Points (k, 3) as a ground can measure them."""
+    return array_checks.array(label, points, (None, 3), finite=False, unit="m")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,17 +63,17 @@ class Plane:
 
     def __post_init__(self) -> None:
         """Normalise the normal and refuse a negative friction."""
-        checked_friction(self.friction, "plane")
-        length = math.sqrt(sum(component * component for component in self.normal))
-        if not (math.isfinite(length) and length > 0.0):
-            raise InputError(f"plane normal must be a finite, nonzero vector, got {self.normal!r}")
-        x, y, z = (component / length for component in self.normal)
-        object.__setattr__(self, "normal", (x, y, z))
-        if not math.isfinite(self.offset):
-            raise InputError(f"plane offset must be finite, got {self.offset!r}")
+        x, y, z = checks.direction("Plane.normal", self.normal)
+        checks.keep(
+            self,
+            friction=checks.number("Plane.friction", self.friction, low=0.0),
+            normal=(x, y, z),
+            offset=checks.number("Plane.offset", self.offset, unit="m"),
+        )
 
     def measure(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Signed distances (k,) m of points (k, 3), and the normal for each of them (k, 3)."""
+        points = measurable("points of Plane.measure", points)
         normals = np.empty((len(points), 3))
         normals[:] = self.normal
         return points @ np.array(self.normal) - self.offset, normals

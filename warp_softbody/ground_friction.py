@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,21 +38,15 @@ class DirectionalFriction:
 
     def __post_init__(self) -> None:
         """Normalise the direction and refuse factors that are not positive."""
-        length = math.sqrt(sum(part * part for part in self.direction))
-        if not (math.isfinite(length) and length > 0.0):
-            raise InputError(
-                f"direction of the friction of {self.region!r} must be a finite, nonzero vector, "
-                f"got {self.direction!r}"
-            )
-        x, y, z = (part / length for part in self.direction)
-        object.__setattr__(self, "direction", (x, y, z))
-        if len(self.factors) not in (4, DIRECTIONS):
-            raise InputError(
-                f"friction of {self.region!r} takes 4 or {DIRECTIONS} factors, "
-                f"got {len(self.factors)}"
-            )
-        if not all(math.isfinite(factor) and factor > 0.0 for factor in self.factors):
-            raise InputError(f"friction factors of {self.region!r} must be finite and positive")
+        input_kinds.name("DirectionalFriction.region", self.region)
+        x, y, z = checks.direction("DirectionalFriction.direction", self.direction)
+        label = f"DirectionalFriction.factors of {self.region!r}"
+        factors = array_checks.array(label, self.factors, (None,)).tolist()
+        if len(factors) not in (4, DIRECTIONS):
+            raise InputError(f"{label} takes 4 or {DIRECTIONS} factors, got {len(factors)}")
+        if min(factors) <= 0.0:
+            raise InputError(f"{label} must be finite and positive, not {checks.shown(factors)}")
+        checks.keep(self, direction=(x, y, z), factors=tuple(factors))
 
     @property
     def eight(self) -> FloatArray:

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Vector, checked_friction
+from warp_softbody.ground import Vector, measurable
+from warp_softbody.value import FrozenValue
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class HeightField:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class HeightField(FrozenValue):
     """Ground z = h(x, y), two flat triangles a cell; beyond the grid it goes on level.
 
     Attributes:
@@ -35,22 +36,22 @@ class HeightField:
 
     def __post_init__(self) -> None:
         """Check shape and numbers; keep an own copy of the heights."""
-        checked_friction(self.friction, "height field")
-        heights = np.array(self.heights, dtype=np.float64)
-        if heights.ndim != 2 or min(heights.shape) < 2:
+        friction = checks.number("HeightField.friction", self.friction, low=0.0)
+        heights = np.array(array_checks.array("HeightField.heights", self.heights, (None, None)))
+        if min(heights.shape) < 2:
             raise InputError(
-                f"a height field needs a grid of at least 2 x 2 heights, got shape {heights.shape}"
+                f"HeightField.heights must be a grid of at least 2 x 2 heights, not of "
+                f"shape {heights.shape}"
             )
-        if not np.isfinite(heights).all():
-            raise InputError("a height field holds a height that is not finite")
-        if not all(math.isfinite(step) and step > 0.0 for step in self.spacing):
-            raise InputError(f"height field spacing must be positive, got {self.spacing!r}")
-        if not all(math.isfinite(value) for value in self.origin):
-            raise InputError(f"height field origin must be finite, got {self.origin!r}")
-        if self.normal != (0.0, 0.0, 1.0):
-            raise InputError("a height field stands upright: its normal is (0, 0, 1)")
+        spacing = checks.vector("HeightField.spacing", self.spacing, 2, unit="m")
+        if min(spacing) <= 0.0:
+            raise InputError(f"HeightField.spacing must be positive, not {spacing}")
+        origin = checks.vector("HeightField.origin", self.origin, 2, unit="m")
+        if checks.vector("HeightField.normal", self.normal) != (0.0, 0.0, 1.0):
+            raise InputError("HeightField.normal must be (0, 0, 1): a height field stands upright")
         heights.setflags(write=False)
-        object.__setattr__(self, "heights", heights)
+        checks.keep(self, heights=heights, spacing=spacing, origin=origin, friction=friction)
+        checks.keep(self, normal=(0.0, 0.0, 1.0))
 
     def surface(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Heights (k,) m of the ground under points (k, 2 or 3), and its slopes (k, 2) there."""
@@ -68,6 +69,7 @@ class HeightField:
 
     def measure(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Signed distances (k,) m to the plane of the triangle below, and its normals (k, 3)."""
+        points = measurable("points of HeightField.measure", points)
         height, slopes = self.surface(points)
         normals = np.column_stack([-slopes, np.ones(len(points))])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)

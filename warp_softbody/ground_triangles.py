@@ -9,8 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Vector, checked_friction
+from warp_softbody.ground import Vector, measurable
+from warp_softbody.turns import shares_warp
+from warp_softbody.value import FrozenValue
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -24,8 +27,8 @@ class FeatureNormals(NamedTuple):
     vertices: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class TriangleGround:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class TriangleGround(FrozenValue):
     """The surface of something solid that never moves; open meshes have a front and a back.
 
     Attributes:
@@ -42,21 +45,27 @@ class TriangleGround:
 
     def __post_init__(self) -> None:
         """Check shapes, indices and areas; keep own copies."""
-        checked_friction(self.friction, "triangle ground")
-        vertices = np.array(self.vertices, dtype=np.float64)
-        faces = np.array(self.faces, dtype=np.int32)
-        if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
-            raise InputError("triangle ground needs finite vertices of shape (v, 3)")
-        if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
-            raise InputError(f"triangle ground needs faces of shape (f, 3), got {faces.shape}")
-        if faces.min() < 0 or faces.max() >= len(vertices):
-            raise InputError(f"triangle ground has faces outside its {len(vertices)} vertices")
+        friction = checks.number("TriangleGround.friction", self.friction, low=0.0)
+        x, y, z = checks.direction("TriangleGround.normal", self.normal)
+        checks.keep(self, friction=friction, normal=(x, y, z))
+        label = "TriangleGround.vertices"
+        vertices = np.array(array_checks.array(label, self.vertices, (None, 3), unit="m"))
+        corners = array_checks.array("TriangleGround.faces", self.faces, (None, 3))
+        if not len(corners):
+            raise InputError("TriangleGround.faces must hold at least one triangle")
+        outside = ~((corners >= 0) & (corners < len(vertices)) & (corners == np.floor(corners)))
+        if outside.any():
+            raise InputError(
+                f"TriangleGround.faces holds the corner {corners[outside][0]:g} outside its "
+                f"{len(vertices)} vertices"
+            )
+        faces = corners.astype(np.int32)
         flat = np.flatnonzero(np.linalg.norm(_crossed(vertices, faces), axis=1) == 0.0)
         if len(flat):
             raise InputError(f"triangle {flat[0]} of the ground has no area")
         for array, name in ((vertices, "vertices"), (faces, "faces")):
             array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            checks.keep(self, **{name: array})
 
     @cached_property
     def features(self) -> FeatureNormals:
@@ -81,20 +90,29 @@ class TriangleGround:
         """Warp's search tree over the triangles, on the CPU."""
         return self.tree_on("cpu")
 
+    @shares_warp
     def tree_on(self, device: str) -> Any:
         """A search tree on a device."""
         # here and not above, so that describing a scene does not start Warp
         import warp as wp
 
+        from warp_softbody.warp_runtime import start
+
+        start()
         points: Any = wp.array(self.vertices.astype(np.float32), dtype=wp.vec3, device=device)
         return wp.Mesh(points, wp.array(self.faces.ravel(), dtype=wp.int32, device=device))
 
+    @shares_warp
     def measure(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Signed distances (k,) m to the closest points of the mesh, and normals (k, 3)."""
         import warp as wp
 
         from warp_softbody.kernels.ground_triangles import make_ground_triangles
+        from warp_softbody.warp_runtime import start, with_kernels
 
+        start()
+
+        points = measurable("points of TriangleGround.measure", points)
         features = self.features
         found: Any = wp.zeros(len(points), dtype=wp.vec4d, device="cpu")
         far = float(np.ptp(np.concatenate([self.vertices, points]), axis=0).sum())
@@ -109,7 +127,9 @@ class TriangleGround:
             wp.array(np.ascontiguousarray(points), dtype=wp.vec3d, device="cpu"),
         ]
         kernel = make_ground_triangles("float64").measure
-        wp.launch(kernel, dim=len(points), inputs=inputs, outputs=[found], device="cpu")
+        with_kernels(
+            lambda: wp.launch(kernel, dim=len(points), inputs=inputs, outputs=[found], device="cpu")
+        )
         normals_and_gaps = found.numpy()
         return normals_and_gaps[:, 3].copy(), normals_and_gaps[:, :3].copy()
 

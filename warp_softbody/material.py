@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
-from warp_softbody.errors import InputError
+from warp_softbody import checks
 
 Volume = Literal["linear", "exact"]
 VOLUMES: tuple[Volume, ...] = get_args(Volume)
@@ -36,25 +35,16 @@ class Material:
 
     def __post_init__(self) -> None:
         """Refuse values outside the physical range."""
-        for name, low in (
-            ("young_modulus", 0.0),
-            ("density", 0.0),
-        ):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > low):
-                raise InputError(f"material {name} must be finite and above {low:g}, got {value!r}")
-        for name in ("stiffness_damping", "mass_damping"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InputError(f"material {name} must be finite and not negative, got {value!r}")
-        if self.volume not in VOLUMES:
-            raise InputError(
-                f"material volume must be one of {', '.join(VOLUMES)}, got {self.volume!r}"
-            )
-        if not -1.0 < self.poisson_ratio < 0.5:
-            raise InputError(
-                f"material poisson_ratio must lie in (-1, 0.5), got {self.poisson_ratio!r}"
-            )
+        for name, unit in (("young_modulus", "Pa"), ("density", "kg/m^3")):
+            self._keep(name, above=0.0, unit=unit)
+        for name, unit in (("stiffness_damping", "s"), ("mass_damping", "1/s")):
+            self._keep(name, low=0.0, unit=unit)
+        self._keep("poisson_ratio", above=-1.0, below=0.5)
+        checks.keep(self, volume=checks.choice("Material.volume", self.volume, VOLUMES))
+
+    def _keep(self, name: str, **limits: Any) -> None:
+        value = checks.number(f"Material.{name}", getattr(self, name), **limits)
+        checks.keep(self, **{name: value})
 
     @property
     def lame_mu(self) -> float:

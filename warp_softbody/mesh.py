@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,10 +13,11 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import mesh_geometry
-from warp_softbody.errors import InputError, MeshError, MeshWarning
-from warp_softbody.mesh_checks import clean_arrays
+from warp_softbody import checks, input_kinds, mesh_geometry
+from warp_softbody.errors import MeshError, MeshWarning
+from warp_softbody.mesh_checks import checked_arrays, clean_arrays
 from warp_softbody.mesh_files import read_tets, write_tets
+from warp_softbody.value import FrozenValue
 
 if TYPE_CHECKING:
     import trimesh
@@ -25,11 +27,11 @@ IntArray = npt.NDArray[np.int32]
 Number = TypeVar("Number", bound=np.generic)
 
 
-@dataclass(frozen=True, eq=False)
-class TetMesh:
+@dataclass(frozen=True, eq=False, repr=False)
+class TetMesh(FrozenValue):
     """Points and tets in the rest pose; make one by a `from_...` method or `read`.
 
-    The constructor itself takes arrays that are known to be good, such as another mesh's.
+    The constructor itself repairs nothing: it takes arrays such as another mesh's.
 
     Attributes:
         points: (n, 3) float64 m, read-only; each is a corner of some tet.
@@ -45,13 +47,26 @@ class TetMesh:
     regions: Mapping[str, IntArray] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        """Keep read-only copies."""
-        node_of = self.node_of if len(self.node_of) else np.arange(len(self.points))
-        regions = {name: _frozen(np.unique(nodes)) for name, nodes in self.regions.items()}
-        object.__setattr__(self, "points", _frozen(np.array(self.points, dtype=np.float64)))
-        object.__setattr__(self, "tets", _frozen(np.array(self.tets, dtype=np.int32)))
-        object.__setattr__(self, "node_of", _frozen(np.array(node_of, dtype=np.int32)))
-        object.__setattr__(self, "regions", regions)
+        """Keep read-only copies of arrays that can be a mesh's."""
+        points, tets = checked_arrays(self.points, self.tets, source="TetMesh")
+        node_of = self.node_of if len(self.node_of) else np.arange(len(points))
+        regions = {
+            name: _frozen(input_kinds.node_set(f"region {name!r} of a TetMesh", nodes, len(points)))
+            for name, nodes in input_kinds.mapping("TetMesh.regions", self.regions).items()
+        }
+        checks.keep(
+            self,
+            points=_frozen(points),
+            tets=_frozen(tets),
+            node_of=_frozen(np.array(node_of, dtype=np.int32)),
+            regions=regions,
+        )
+        wrong = np.flatnonzero(~(self.volumes > 0.0))
+        if wrong.size:
+            raise MeshError(
+                f"TetMesh: tet {wrong[0]} has a volume of {self.volumes[wrong[0]]:.3g} m^3, but it "
+                "must be positive; TetMesh.from_arrays turns tets round"
+            )
 
     @classmethod
     def from_arrays(
@@ -77,6 +92,8 @@ class TetMesh:
         Raises:
             MeshError: what is wrong, naming the source, the field and the value.
         """
+        input_kinds.name("source of TetMesh.from_arrays", source)
+        checks.truth("allow_parts of TetMesh.from_arrays", allow_parts)
         clean = clean_arrays(points, tets, source=source, allow_parts=allow_parts)
         _tell(clean.notes)
         return cls(clean.points, clean.tets, clean.node_of)
@@ -92,9 +109,8 @@ class TetMesh:
             MeshError: the file is missing, unreadable, without tets, holds less than it declares,
                 or its mesh is refused.
         """
-        if not isinstance(path, str | Path):
-            raise MeshError(f"a mesh file is given by its path, got {path!r}")
-        found = read_tets(Path(path))
+        file = input_kinds.path("path of TetMesh.read", path)
+        found = read_tets(file)
         clean = clean_arrays(found.points, found.tets, source=str(path), allow_parts=allow_parts)
         _tell((*found.notes, *clean.notes))
         regions = {name: clean.node_of[points] for name, points in found.groups.items()}
@@ -124,6 +140,10 @@ class TetMesh:
         """
         from warp_softbody.meshing import tetrahedralize
 
+        if isinstance(surface, str | os.PathLike):
+            surface = input_kinds.path("surface of TetMesh.from_surface", surface)
+        elif not all(hasattr(surface, name) for name in ("vertices", "faces", "merge_vertices")):
+            checks.refuse("surface of TetMesh.from_surface", "a file or a trimesh.Trimesh", surface)
         return tetrahedralize(surface, mesher=mesher, size=size)
 
     def write(self, path: str | Path) -> None:
@@ -135,9 +155,7 @@ class TetMesh:
             InputError: the path is no path.
             OutputError: an extension that cannot be written, or a folder that cannot.
         """
-        if not isinstance(path, str | Path):
-            raise InputError(f"a mesh file is given by its path, got {path!r}")
-        write_tets(Path(path), self.points, self.tets)
+        write_tets(input_kinds.path("path of TetMesh.write", path), self.points, self.tets)
         if self.regions:
             _tell((f"{path}: the regions {', '.join(self.regions)} are not written",))
 

@@ -26,7 +26,7 @@ FLAT_TOLERANCE = 1e-12
 
 
 LARGEST_COORDINATE = 1e9
-"""m; further from the origin no body is taken, because its volume could overflow."""
+"""m, beyond which a point is refused; volumes and their sums stay far from overflow."""
 
 
 class CleanArrays(NamedTuple):
@@ -56,8 +56,7 @@ def clean_arrays(
         MeshError: wrong shapes, values that are not finite or too large, indices out of range, flat
             or overlapping tets, no tets, or several parts without `allow_parts`.
     """
-    given, corners = _checked_points(points, source), _checked_tets(tets, source)
-    _check_range(given, corners, source)
+    given, corners = checked_arrays(points, tets, source=source)
     clean = _numbered_anew(given, corners, source)
     _check_distinct(clean.tets, source)
     clean = clean._replace(tets=_oriented(clean.points, clean.tets, source))
@@ -71,25 +70,45 @@ def clean_arrays(
     return clean
 
 
+def checked_arrays(
+    points: npt.ArrayLike, tets: npt.ArrayLike, *, source: str
+) -> tuple[FloatArray, IntArray]:
+    """Copies of the arrays in the right types, nothing repaired.
+
+    Raises:
+        MeshError: wrong shapes, values that are not finite, indices out of range, or no tets.
+    """
+    given, corners = _checked_points(points, source), _checked_tets(tets, source)
+    _check_range(given, corners, source)
+    return given, corners
+
+
 def _checked_points(points: npt.ArrayLike, source: str) -> FloatArray:
     try:
-        array = np.asarray(points)
-    except ValueError as error:
-        raise MeshError(f"{source}: points are not numbers: {error}") from error
-    if array.dtype.kind not in "iuf":
-        raise MeshError(f"{source}: points are not numbers, but of dtype {array.dtype}")
+        given = np.asarray(points)
+    except Exception as error:
+        # rows of unequal length, or an object whose own conversion fails
+        raise MeshError(f"{source}: points are not an array of numbers: {error}") from error
+    if given.dtype.kind not in "iuf":
+        raise MeshError(f"{source}: points are not numbers, but of the type {given.dtype}")
+    array = np.array(given, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"{source}: points must have shape (n, 3), got {array.shape}")
-    wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    wrong = np.flatnonzero(~(np.abs(array) < LARGEST_COORDINATE).all(axis=1))
     if wrong.size:
-        raise MeshError(f"{source}: point {wrong[0]} is not finite: {array[wrong[0]].tolist()}")
-    return np.array(array, dtype=np.float64)
+        place = array[wrong[0]].tolist()
+        if np.isfinite(place).all():
+            raise MeshError(
+                f"{source}: point {wrong[0]} is further away than {LARGEST_COORDINATE:g} m: {place}"
+            )
+        raise MeshError(f"{source}: point {wrong[0]} is not finite: {place}")
+    return array
 
 
 def _checked_tets(tets: npt.ArrayLike, source: str) -> IntArray:
     try:
         array = np.asarray(tets)
-    except ValueError as error:
+    except Exception as error:
         raise MeshError(f"{source}: tets are not an array: {error}") from error
     if array.size == 0:
         raise MeshError(f"{source}: the mesh is empty: it has no tets")

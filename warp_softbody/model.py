@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks
 from warp_softbody.aggregation import Aggregation, build_aggregation, coarse_matrix
 from warp_softbody.character import Character
 from warp_softbody.elimination import Elimination, build_elimination
@@ -26,6 +27,8 @@ from warp_softbody.precision_choice import with_precision
 from warp_softbody.rest_matrix import rest_matrix
 from warp_softbody.scene import Scene
 from warp_softbody.topology import Topology, build_topology
+from warp_softbody.turns import shares_warp
+from warp_softbody.warp_runtime import check_device
 
 FloatArray = npt.NDArray[np.float64]
 CHUNKS = 64
@@ -51,7 +54,7 @@ def lumped_masses(
     return masses
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Model:
     """What stays constant, on host and device.
 
@@ -166,8 +169,16 @@ class Model:
         return self.allocator.zeros(shape, dtype)
 
 
+@shares_warp
 def build_model(scene: Scene, options: SimulationOptions) -> Model:
-    """The model of a scene: index arrays, rest shape, masses, muscle weights, ground."""
+    """The model of a scene: index arrays, rest shape, masses, muscle weights, ground.
+
+    Raises:
+        InputError: options that do not go with the scene, or a device that is not there.
+    """
+    checks.instance("scene of build_model", scene, Scene)
+    checks.instance("options of build_model", options, SimulationOptions)
+    check_device(options.device)
     options = with_precision(options, scene)
     body, parts = scene.whole, scene.parts
     _refuse_mixtures(scene, options)

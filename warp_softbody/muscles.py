@@ -8,7 +8,9 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import array_checks, checks, input_kinds
 from warp_softbody.errors import InputError
+from warp_softbody.value import FrozenValue
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -20,9 +22,14 @@ class FiberKind(str, Enum):
     RADIAL = "radial"
     HELICAL = "helical"
 
+    @classmethod
+    def _missing_(cls, value: object) -> FiberKind:
+        """Refuse a value of none of the kinds."""
+        return input_kinds.member("FiberKind", value, cls)
 
-@dataclass(frozen=True, kw_only=True)
-class Fiber:
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Fiber(FrozenValue):
     """One polyline of contractile segments in the rest pose.
 
     Attributes:
@@ -37,17 +44,16 @@ class Fiber:
 
     def __post_init__(self) -> None:
         """Freeze a checked float64 copy of the vertices."""
-        vertices = np.array(self.vertices, dtype=np.float64)
-        if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 2:
-            raise InputError(
-                f"fibre {self.name!r} needs vertices of shape (k >= 2, 3), got {vertices.shape}"
-            )
-        if not np.isfinite(vertices).all():
-            raise InputError(f"fibre {self.name!r} has vertices that are not finite")
+        input_kinds.name("Fiber.name", self.name)
+        label = f"Fiber.vertices of {self.name!r}"
+        vertices = np.array(array_checks.array(label, self.vertices, (None, 3), unit="m"))
+        if len(vertices) < 2:
+            raise InputError(f"{label} must be two points or more, not {len(vertices)}")
         if (np.linalg.norm(np.diff(vertices, axis=0), axis=1) <= 0.0).any():
             raise InputError(f"fibre {self.name!r} has a segment of length zero")
         vertices.setflags(write=False)
-        object.__setattr__(self, "vertices", vertices)
+        checks.keep(self, vertices=vertices)
+        checks.keep(self, kind=input_kinds.member("Fiber.kind", self.kind, FiberKind))
 
     @property
     def segment_count(self) -> int:
@@ -55,8 +61,8 @@ class Fiber:
         return len(self.vertices) - 1
 
 
-@dataclass(frozen=True, kw_only=True)
-class MuscleGroup:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class MuscleGroup(FrozenValue):
     """Fibres that share one partition of unity over the tets.
 
     Segment j spreads its stress to tet i by w_ij = h(d_ij) / sum over the group of h,
@@ -78,15 +84,14 @@ class MuscleGroup:
 
     def __post_init__(self) -> None:
         """Refuse an empty group and values outside the physical range."""
-        if not self.fibers:
+        input_kinds.name("MuscleGroup.name", self.name)
+        fibers = checks.items("MuscleGroup.fibers", self.fibers, Fiber)
+        if not fibers:
             raise InputError(f"muscle group {self.name!r} has no fibres")
-        for field in ("strength", "kernel_width"):
-            value = getattr(self, field)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(
-                    f"muscle group {self.name!r}: {field} must be finite and positive, "
-                    f"got {value!r}"
-                )
+        input_kinds.distinct(f"fibres of the muscle group {self.name!r}", (f.name for f in fibers))
+        strength = checks.number("MuscleGroup.strength", self.strength, above=0.0, unit="Pa")
+        width = checks.number("MuscleGroup.kernel_width", self.kernel_width, above=0.0, unit="m")
+        checks.keep(self, fibers=fibers, strength=strength, kernel_width=width)
 
     @property
     def segment_count(self) -> int:

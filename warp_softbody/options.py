@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-import math
+import re
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
+from warp_softbody import checks
 from warp_softbody.errors import InputError
 
 Precision = Literal["auto", "float32", "float64"]
 Tangent = Literal["warped", "conserving", "exact"]
 Elements = Literal["linear", "smoothed"]
 Cone = Literal["smooth", "4", "8"]
+PRECISIONS: tuple[Precision, ...] = get_args(Precision)
 TANGENTS: tuple[Tangent, ...] = get_args(Tangent)
 ELEMENTS: tuple[Elements, ...] = get_args(Elements)
 CONES: tuple[Cone, ...] = get_args(Cone)
-PRECISIONS: tuple[Precision, ...] = get_args(Precision)
+DEVICE = re.compile(r"cpu|cuda(:\d+)?")
+
+SHORTEST_STEP, LONGEST_STEP = 1e-9, 1e4
+"""s, the range of time steps that are taken for what was meant; a step of 1000 s finds where a held
+body comes to rest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,32 +78,41 @@ class SimulationOptions:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""
-        if not (math.isfinite(self.time_step) and self.time_step > 0.0):
-            raise InputError(
-                f"time_step must be a positive number of seconds, got {self.time_step!r}"
-            )
-        known_values = {
-            "precision": PRECISIONS,
-            "tangent": TANGENTS,
-            "elements": ELEMENTS,
-            "cone": CONES,
-        }
-        for name, known in known_values.items():
-            value = getattr(self, name)
-            if value not in known:
-                raise InputError(f"{name} must be one of {', '.join(known)}, got {value!r}")
+        self._check_choices()
+        self._keep("time_step", low=SHORTEST_STEP, high=LONGEST_STEP, unit="s")
+        self._keep("bridge_tolerance", above=0.0, below=1.0)
+        if self.recovery_speed is not None:
+            self._keep("recovery_speed", above=0.0, unit="m/s")
+        if self.tolerance is not None:
+            self._keep("tolerance", above=0.0, below=1.0)
+        for name in ("max_iterations", "max_contact_passes", "newton_iterations"):
+            count = checks.whole(f"SimulationOptions.{name}", getattr(self, name), low=1)
+            checks.keep(self, **{name: count})
+        checks.keep(
+            self,
+            threads=checks.whole("SimulationOptions.threads", self.threads, low=1, high=1024),
+            sleep=checks.truth("SimulationOptions.sleep", self.sleep),
+        )
+
+    def _check_choices(self) -> None:
+        for name, known in (
+            ("precision", PRECISIONS),
+            ("tangent", TANGENTS),
+            ("elements", ELEMENTS),
+            ("cone", CONES),
+        ):
+            value = checks.choice(f"SimulationOptions.{name}", getattr(self, name), known)
+            checks.keep(self, **{name: value})
         if self.elements == "smoothed" and self.tangent != "warped":
             raise InputError(
                 f"smoothed elements have a warped tangent only, got tangent {self.tangent!r}"
             )
-        for name in ("tolerance", "bridge_tolerance", "recovery_speed"):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"{name} must be a positive number, got {value!r}")
-        for name in ("max_iterations", "max_contact_passes", "newton_iterations", "threads"):
-            value = getattr(self, name)
-            if value < 1:
-                raise InputError(f"{name} must be at least 1, got {value!r}")
+        if not (isinstance(self.device, str) and DEVICE.fullmatch(self.device)):
+            checks.refuse("SimulationOptions.device", '"cpu", "cuda" or "cuda:0"', self.device)
+
+    def _keep(self, name: str, **limits: Any) -> None:
+        value = checks.number(f"SimulationOptions.{name}", getattr(self, name), **limits)
+        checks.keep(self, **{name: value})
 
     @property
     def cone_directions(self) -> int:

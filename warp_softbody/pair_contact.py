@@ -14,6 +14,7 @@ from warp_softbody.kernels.pair_rows import make_pair_rows
 from warp_softbody.model import Model
 from warp_softbody.state import PairStates, State
 from warp_softbody.topology import starts
+from warp_softbody.warp_runtime import with_kernels
 
 IntArray = npt.NDArray[np.int32]
 
@@ -140,7 +141,7 @@ class PairContact:
 
     def find(self, state: State, pairs: PairStates) -> None:
         """The pairs of a step, from where it starts; a node that has none lifts."""
-        self._detection.find(state, self._pairs, pairs.modes)
+        with_kernels(lambda: self._detection.find(state, self._pairs, pairs.modes))
 
     @property
     def corners(self) -> Any:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import itertools
 from concurrent.futures import ThreadPoolExecutor, wait
+from functools import partial
 from typing import Any
 
 import warp as wp
 
 from warp_softbody.assembly import Phase
+from warp_softbody.warp_runtime import captured
 
 
 class Workers:
@@ -31,10 +33,7 @@ class Workers:
             cuts = [phase.count * k // self._threads for k in range(self._threads + 1)]
             shares = []
             for first, last in itertools.pairwise(cuts):
-                with wp.ScopedCapture(device=self._device) as capture:
-                    if last > first:
-                        phase.launch(first, last)
-                shares.append(capture.graph)
+                shares.append(captured(self._device, partial(_launch, phase, first, last)))
             graphs.append(shares)
         return graphs
 
@@ -46,3 +45,8 @@ class Workers:
             wait(running)
             for done in running:
                 done.result()
+
+
+def _launch(phase: Phase, first: int, last: int) -> None:
+    if last > first:
+        phase.launch(first, last)

@@ -11,6 +11,7 @@ from warp_softbody.block_factor import BlockFactor, Freedom
 from warp_softbody.kernels.cholesky import make_cholesky
 from warp_softbody.kernels.two_level import make_two_level
 from warp_softbody.model import Model
+from warp_softbody.warp_runtime import with_kernels
 
 
 class Preconditioner(Protocol):
@@ -138,7 +139,8 @@ class TwoLevel:
             model.zeros(coarse, types.vec3),
             model.zeros(coarse, types.mat33),
         )
-        self._factor.factorise(model.array(model.coarse_values, types.mat33), free)
+        coarse = model.array(model.coarse_values, types.mat33)
+        with_kernels(lambda: self._factor.factorise(coarse, free))
 
     def renewed(self) -> None:
         """Nothing is kept that could grow stale."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.bodies import Body, Part, join, parts_of
 from warp_softbody.character import Character
-from warp_softbody.errors import InputError
-from warp_softbody.ground import Ground
+from warp_softbody.ground import Ground, checked_ground
+from warp_softbody.value import FrozenValue
 
 STANDARD_GRAVITY = 9.81
 
@@ -32,10 +32,13 @@ class Push:
 
     def __post_init__(self) -> None:
         """Refuse numbers that are not finite and negative durations."""
-        if not all(math.isfinite(value) for value in (*self.force, self.start, self.duration)):
-            raise InputError(f"push on {self.region!r} holds a number that is not finite")
-        if self.duration < 0.0:
-            raise InputError(f"push duration must not be negative, got {self.duration!r}")
+        input_kinds.name("Push.region", self.region)
+        checks.keep(
+            self,
+            force=checks.vector("Push.force", self.force, unit="N"),
+            start=checks.number("Push.start", self.start, unit="s"),
+            duration=checks.number("Push.duration", self.duration, low=0.0, unit="s"),
+        )
 
     def share(self, start: float, end: float) -> float:
         """Fraction of the interval [start, end] s during which the push acts."""
@@ -43,8 +46,8 @@ class Push:
         return max(0.0, overlap) / (end - start)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Scene:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Scene(FrozenValue):
     """What there is.
 
     Attributes:
@@ -69,17 +72,20 @@ class Scene:
 
     def __post_init__(self) -> None:
         """Check names, numbers, and that every push names a region."""
-        for name in ("gravity", "initial_velocity"):
-            if not all(math.isfinite(value) for value in getattr(self, name)):
-                raise InputError(f"scene {name} must be finite, got {getattr(self, name)!r}")
-        if not (math.isfinite(self.body_friction) and self.body_friction >= 0.0):
-            raise InputError(
-                f"scene body_friction must be finite and not negative, got {self.body_friction!r}"
-            )
-        names = [character.name for character in self.characters]
-        for name in names:
-            if names.count(name) > 1:
-                raise InputError(f"two bodies of the scene have the name {name!r}")
+        checks.instance("Scene.character", self.character, Character)
+        checks.keep(
+            self,
+            others=checks.items("Scene.others", self.others, Body),
+            ground=None if self.ground is None else checked_ground("Scene.ground", self.ground),
+            gravity=checks.vector("Scene.gravity", self.gravity, unit="m/s^2"),
+            pushes=checks.items("Scene.pushes", self.pushes, Push),
+            initial_velocity=checks.vector(
+                "Scene.initial_velocity", self.initial_velocity, unit="m/s"
+            ),
+            body_friction=checks.number("Scene.body_friction", self.body_friction, low=0.0),
+            self_contact=checks.truth("Scene.self_contact", self.self_contact),
+        )
+        input_kinds.distinct("bodies of the scene", (body.name for body in self.characters))
         for push in self.pushes:
             self.whole.region(push.region)
 

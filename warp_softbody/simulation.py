@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.account import ShapeGauge
 from warp_softbody.bridge import Bridge
 from warp_softbody.controllers.controller import Controller, Goals
@@ -26,15 +29,19 @@ from warp_softbody.state import SLACK, Contacts, Control, State
 from warp_softbody.statistics import MeanSpread, RunSummary, Spread, StepLog
 from warp_softbody.step_statistics import StepStatistics
 from warp_softbody.stepper import Stepper
+from warp_softbody.turns import shares_warp
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
 
 
+LEAST_FPS, MOST_FPS = 1e-3, 1e6
+"""Frames a second, the range that is taken for what was meant."""
+
+
 def whole_steps(time_step: float, fps: float) -> tuple[int, float]:
     """Steps per frame and the time step that fills a frame with them, at most the one asked for."""
-    if not (np.isfinite(fps) and fps > 0.0):
-        raise InputError(f"fps must be a positive number, got {fps!r}")
+    fps = checks.number("fps", fps, low=LEAST_FPS, high=MOST_FPS, unit="1/s")
     steps = max(1, int(np.ceil(1.0 / (fps * time_step) - 1e-6)))
     return steps, 1.0 / (fps * steps)
 
@@ -45,6 +52,7 @@ class Simulation:
     The time step is shortened, where need be, to a whole number of steps per frame.
     """
 
+    @shares_warp
     def __init__(
         self,
         scene: Scene,
@@ -58,8 +66,17 @@ class Simulation:
     ) -> None:
         """Build the model; ``time_step`` (s) overrides that of the options."""
         begun = time.perf_counter()
-        options = options or SimulationOptions()
-        self._steps_per_frame, step = whole_steps(time_step or options.time_step, fps)
+        checks.instance("scene of a Simulation", scene, Scene)
+        options = SimulationOptions() if options is None else options
+        checks.instance("options of a Simulation", options, SimulationOptions)
+        if time_step is not None:
+            # the options refuse what is no time step
+            options = replace(options, time_step=time_step)
+        if controller is not None:
+            input_kinds.controller("controller of a Simulation", controller)
+        checks.choice("method of a Simulation", method, get_args(Method))
+        input_kinds.name("name of a Simulation", name)
+        self._steps_per_frame, step = whole_steps(options.time_step, fps)
         options = with_precision(replace(options, time_step=step), scene)
         tolerance = options.tolerance
         if controller is not None:
@@ -67,7 +84,7 @@ class Simulation:
             tolerance = options.solver_tolerance
         options = replace(options, tolerance=tolerance)
         self.model = build_model(scene, options)
-        self.fps = fps
+        self.fps = float(fps)
         self.name = name
         self._stepper = Stepper(self.model)
         self._state = State.at_rest(self.model)
@@ -75,6 +92,12 @@ class Simulation:
         self._control = Control.slack(self.model)
         self._contacts = Contacts.none(self.model)
         self._driver = None
+        if controller is not None and not self.model.segment_count:
+            warnings.warn(
+                f"{name!r} has no muscles, so its controller is never asked",
+                # the caller of the decorated constructor
+                stacklevel=3,
+            )
         if controller is not None and self.model.segment_count:
             self._driver = Driver(controller, Bridge(self._stepper), method)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
@@ -104,16 +127,37 @@ class Simulation:
         Raises:
             NotFiniteError: at the step where numbers stop being finite; frames before it are good.
         """
-        if not (np.isfinite(seconds) and seconds > 0.0):
-            raise InputError(f"seconds must be a positive number, got {seconds!r}")
+        seconds = checks.number("seconds of a run", seconds, above=0.0, unit="s")
+        return self._frames_until(seconds)
+
+    def _frames_until(self, seconds: float) -> Iterator[Frame]:
+        # until the last frame is asked for, the run is one that was left
+        self._status = "stopped"
         yield self._handed_out()
         while self.time + 0.5 / self.fps < seconds:
             for _ in range(self._steps_per_frame):
                 self.step()
             yield self._handed_out()
+        self._status = "complete"
 
     def step(self) -> None:
-        """Advance by one time step."""
+        """Advance by one time step.
+
+        Raises:
+            NotFiniteError: numbers stopped being finite.
+            InputError: a controller asked for what cannot be wanted.
+        """
+        try:
+            self._step()
+        except NotFiniteError:
+            self._status = "not finite"
+            raise
+        except Exception:
+            self._status = "failed"
+            raise
+
+    @shares_warp
+    def _step(self) -> None:
         first = self._steps == 0
         begun = time.perf_counter()
         pushed = self._push()
@@ -227,6 +271,7 @@ class Simulation:
         missing = recorded - len(self._log.seconds["export"])
         self._log.seconds["export"] += [seconds / max(1, missing)] * missing
 
+    @shares_warp
     def view(self) -> BodyView:
         """The state as a controller sees it."""
         return self._snapshots.view(self._state, self._contacts, self._rest_lengths, self.time)
@@ -236,7 +281,12 @@ class Simulation:
         if self._driver is None:
             return None
         view = self.view()
-        goals = self._driver.goals(view)
+        try:
+            goals = self._driver.goals(view)
+        except InputError as error:
+            raise InputError(
+                f"{error} (asked for by the controller at step {self._steps}, {self.time:.4g} s)"
+            ) from error
         return None if goals is None else (view, goals)
 
     def _decide(self, wanted: tuple[BodyView, Goals] | None) -> None:
@@ -246,8 +296,20 @@ class Simulation:
             self._rest_lengths = SLACK * self.model.muscles.rest_lengths
             self._planned = ContactSample()
         else:
-            decision = self._driver.plan(*wanted)
+            try:
+                decision = self._driver.plan(*wanted)
+            except InputError as error:
+                raise InputError(
+                    f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
+                ) from error
             self._rest_lengths = decision.rest_lengths
+            if not np.isfinite(self._rest_lengths).all():
+                raise NotFiniteError(
+                    f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
+                    f"{self.name!r}",
+                    step=self._steps,
+                    time=self.time,
+                )
             self._planned = decision.planned
             self._log.qps.append(decision.result.qp_count)
             self._log.unconverged += not decision.converged
@@ -271,6 +333,7 @@ class Simulation:
         self._pushed = any(shares)
         return self._pushed
 
+    @shares_warp
     def _handed_out(self) -> Frame:
         now = (self._state, self._contacts, self._rest_lengths, self._planned)
         frame = self._snapshots.frame(self._frames, self.time, *now)

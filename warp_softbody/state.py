@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from warp_softbody import checks
+from warp_softbody.errors import InputError
 from warp_softbody.model import Model
+from warp_softbody.turns import shares_warp
 
 SLACK = 1e6
 """Rest length, in units of l_0, that no segment reaches: no tension."""
 
 
-@dataclass(frozen=True)
+def _check_arrays(part: object) -> None:
+    """Refuse fields that are no arrays of a device."""
+    for entry in fields(part):  # type: ignore[arg-type]
+        value = getattr(part, entry.name)
+        if not (isinstance(value, wp.array) or (entry.name == "pairs" and value is None)):
+            if entry.name != "pairs" or not isinstance(value, PairStates):
+                label = f"{type(part).__name__}.{entry.name}"
+                checks.refuse(label, "a Warp array of a device", value)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class State:
     """Where the nodes are and how they move, device arrays.
 
@@ -32,9 +45,15 @@ class State:
     increments: Any
     carry: Any
 
+    def __post_init__(self) -> None:
+        """Refuse what is not on a device."""
+        _check_arrays(self)
+
     @staticmethod
+    @shares_warp
     def at_rest(model: Model) -> State:
         """The rest shape, moving with the scene's initial velocity."""
+        checks.instance("model of State.at_rest", model, Model)
         scene, points = model.scene, model.body.mesh.points
         velocity = np.zeros(points.shape)
         starts = (scene.initial_velocity, *(body.velocity for body in scene.others))
@@ -49,7 +68,7 @@ class State:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Control:
     """What acts on the body in a step.
 
@@ -61,16 +80,22 @@ class Control:
     rest_lengths: Any
     external_forces: Any
 
+    def __post_init__(self) -> None:
+        """Refuse what is not on a device."""
+        _check_arrays(self)
+
     @staticmethod
+    @shares_warp
     def slack(model: Model) -> Control:
         """No tension and no push."""
+        checks.instance("model of Control.slack", model, Model)
         return Control(
             model.array(SLACK * model.muscles.rest_lengths, model.types.scalar),
             model.zeros(model.node_count, model.types.vec3),
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class PairStates:
     """Contact of surface nodes with triangles of other bodies or their own, kept likewise.
 
@@ -88,6 +113,7 @@ class PairStates:
     slip_stiffness: Any
 
     @staticmethod
+    @shares_warp
     def none(model: Model) -> PairStates:
         """Nothing touches yet."""
         count, types = len(model.body.mesh.surface_nodes), model.types
@@ -100,7 +126,7 @@ class PairStates:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Contacts:
     """Contact of the surface nodes, kept from step to step as the next step's first guess.
 
@@ -120,9 +146,15 @@ class Contacts:
     slip_stiffness: Any
     pairs: PairStates | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse what is not on a device."""
+        _check_arrays(self)
+
     @staticmethod
+    @shares_warp
     def none(model: Model) -> Contacts:
         """Nothing touches yet."""
+        checks.instance("model of Contacts.none", model, Model)
         return Contacts(
             model.zeros(model.contact_count, int),
             model.zeros(model.contact_count, model.types.vec3),
@@ -131,3 +163,41 @@ class Contacts:
             model.zeros(model.node_count, model.types.mat33),
             PairStates.none(model) if model.scene.has_pairs else None,
         )
+
+
+def check_tensions(control: Control) -> None:
+    """Refuse rest lengths that are not finite: of them no segment would pull, and nothing tell."""
+    lengths = control.rest_lengths.numpy()
+    if not np.isfinite(lengths).all():
+        segment = int(np.flatnonzero(~np.isfinite(lengths))[0])
+        raise InputError(
+            f"Control.rest_lengths must be finite numbers of m, but that of segment {segment} is "
+            f"{lengths[segment]}; a slack one has {SLACK:g} times its length at rest"
+        )
+
+
+def checked_parts(model: Model, parts: tuple[object, ...]) -> None:
+    """Refuse what a stepper of a model cannot step from or to.
+
+    Raises:
+        InputError: something else than a State, Control or Contacts, or one of another model.
+    """
+    types = model.types
+    for part in parts:
+        if isinstance(part, State):
+            shapes = dict.fromkeys(("positions", "velocities", "increments"), model.node_count)
+        elif isinstance(part, Control):
+            shapes = {"rest_lengths": model.segment_count, "external_forces": model.node_count}
+        elif isinstance(part, Contacts):
+            shapes = {"modes": model.contact_count, "friction_forces": model.node_count}
+            if model.scene.has_pairs and part.pairs is None:
+                raise InputError("Contacts.pairs must be there: surfaces of the scene may touch")
+        else:
+            checks.refuse("what a Stepper steps", "a State, Control or Contacts", part)
+        for name, count in shapes.items():
+            array = getattr(part, name)
+            if array.shape != (count,) or array.dtype not in (types.vec3, types.scalar, wp.int32):
+                raise InputError(
+                    f"{type(part).__name__}.{name} must hold {count} values in {types.name} for "
+                    f"this model, not {array.shape} of {array.dtype.__name__}"
+                )

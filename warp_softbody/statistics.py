@@ -72,7 +72,9 @@ class RunSummary:
             `StepStatistics`.
         precision: as used, "float32" or "float64".
         findings: momentum, energy and shape, and doubts in plain sentences.
-        status: "complete"; "doubtful" where the findings hold a doubt; "interrupted"; "not finite".
+        status: "complete"; "doubtful" where the findings hold a doubt; "stopped" while frames of a
+            run were not asked for; "interrupted" by the user; "failed" where a step raised, as
+            where a controller did; or "not finite".
         stage: path of the stage, or None.
     """
 

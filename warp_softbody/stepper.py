@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody import checks
 from warp_softbody.account import Account
 from warp_softbody.assembly import Assembly
 from warp_softbody.contact_resolution import ContactResolution
@@ -21,15 +22,19 @@ from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.mesh_geometry import shortest_edge
 from warp_softbody.model import Model
 from warp_softbody.parallel import Workers
-from warp_softbody.state import Contacts, Control, State
+from warp_softbody.state import Contacts, Control, State, check_tensions, checked_parts
 from warp_softbody.step_statistics import StepStatistics
+from warp_softbody.turns import shares_warp
+from warp_softbody.warp_runtime import captured
 
 
 class Stepper:
     """Steps a model; owns work arrays and graphs, never the state."""
 
+    @shares_warp
     def __init__(self, model: Model) -> None:
         """Allocate the work arrays of a model."""
+        checks.instance("model of a Stepper", model, Model)
         types, m = model.types, model.tet_count
         self.model = model
         self._device = model.options.device
@@ -52,6 +57,7 @@ class Stepper:
         threads = model.options.threads
         self._workers = Workers(threads, self._device) if threads > 1 else None
 
+    @shares_warp
     def assemble(self, state: State) -> None:
         """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
         if self._workers is not None:
@@ -67,8 +73,10 @@ class Stepper:
         workers.replay(self._phase_graphs[id(state)][0])
         self._replay(("muscles", state), lambda: self._launch_muscle_lengths(state))
 
+    @shares_warp
     def solve(self, state: State, control: Control, contacts: Contacts) -> None:
         """The step's velocities with the contact modes as they were."""
+        self._check(control)
         renew = self._renewed = self._contact.preconditioner.stale
         self._contact.find_pairs(state, contacts)
         key = ("solve with a new factor" if renew else "solve", state, control, contacts)
@@ -76,6 +84,7 @@ class Stepper:
         if renew:
             self._contact.preconditioner.renewed()
 
+    @shares_warp
     def resolve_contact(
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> StepStatistics:
@@ -84,6 +93,7 @@ class Stepper:
         self._replay(key, lambda: self._launch_contact(state, control, contacts, after))
         return self._read_statistics()
 
+    @shares_warp
     def step(
         self, state: State, control: Control, contacts: Contacts, after: State
     ) -> StepStatistics:
@@ -95,6 +105,7 @@ class Stepper:
             self.assemble(state)
             self.solve(state, control, contacts)
             return self.resolve_contact(state, control, contacts, after)
+        self._check(control)
         renew = self._renewed = self._contact.preconditioner.stale
         self._contact.find_pairs(state, contacts)
 
@@ -112,15 +123,17 @@ class Stepper:
     def account(self) -> Account:
         """What all steps so far did to the bodies' momentum, and contact to their energy."""
         return self._contact.accountant.read()
+    def _check(self, control: Control) -> None:
+        if self._muscles is not None and isinstance(control, Control):
+            check_tensions(control)
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
         """Replay a graph; the first time, capture it. States are told apart by identity."""
         identity = (key[0], *(id(part) for part in key[1:]))
         if identity not in self._graphs:
-            with wp.ScopedCapture(device=self._device) as capture:
-                launch()
+            checked_parts(self.model, key[1:])
             # the key's objects are kept alive, so that their identities are not used again
-            self._graphs[identity] = (capture.graph, key)
+            self._graphs[identity] = (captured(self._device, launch), key)
         wp.capture_launch(self._graphs[identity][0])
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:

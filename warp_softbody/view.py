@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from warp_softbody.mesh_geometry import cross_rows
 from warp_softbody.scene import Scene
+from warp_softbody.value import Value
 
 FloatArray = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
-class BodyView:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class BodyView(Value):
     """State of the body at the start of a step.
 
     Attributes:

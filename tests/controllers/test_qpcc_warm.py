@@ -92,7 +92,7 @@ def test_a_short_reach_saves_qps_and_an_endless_one_changes_nothing() -> None:
         assert (long.objective, long.qp_count) == (endless.objective, endless.qp_count)
         near, far = near + short.qp_count, far + long.qp_count
     assert near < far
-    with pytest.raises(InputError, match="reach must be positive"):
+    with pytest.raises(InputError, match="reach must be a positive number"):
         SolverOptions(reach=0.0)
 
 

@@ -126,9 +126,15 @@ def test_regions_of_others_are_named_after_them() -> None:
             lambda a: Scene(character=a, others=(Body(character=a),)),
             "two bodies of the scene have the name 'a'",
         ),
-        (lambda a: Body(character=a, velocity=(np.nan, 0.0, 0.0)), "velocity of body 'a'"),
+        (
+            lambda a: Body(character=a, velocity=(np.nan, 0.0, 0.0)),
+            "Body.velocity must be 3 finite numbers",
+        ),
         (lambda a: Scene(character=a, body_friction=-1.0), "body_friction"),
-        (lambda a: placed(a, axis=(0.0, 0.0, 0.0)), "axis of a length"),
+        (
+            lambda a: placed(a, axis=(0.0, 0.0, 0.0)),
+            "axis of placed must be a vector that is not zero",
+        ),
     ],
 )
 def test_mistakes(make: Any, sentence: str) -> None:

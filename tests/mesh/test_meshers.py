@@ -87,7 +87,7 @@ def test_missing_tetgen_names_the_extra(
 
 @pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf"), "0.1", True])
 def test_size_must_be_positive(box: trimesh.Trimesh, size: Any) -> None:
-    with pytest.raises(InputError, match="mesh size must be finite and positive"):
+    with pytest.raises(InputError, match="mesh size must be a positive number of m"):
         TetMesh.from_surface(box, size=size)
 
 

@@ -156,7 +156,7 @@ def test_frames_say_slide_for_every_place_of_a_polygon() -> None:
 
 
 def test_mistakes_are_one_sentence() -> None:
-    with pytest.raises(InputError, match="cone must be one of smooth, 4, 8, got '6'"):
+    with pytest.raises(InputError, match="cone must be one of smooth, 4, 8, not '6'"):
         SimulationOptions(cone="6")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="directional friction needs the smooth cone"):
         scaly_slab(cone="8")

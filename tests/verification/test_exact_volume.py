@@ -170,5 +170,5 @@ def test_other_elements_and_tangents_are_refused(options: dict[str, Any]) -> Non
 
 
 def test_volume_must_be_known() -> None:
-    with pytest.raises(InputError, match="material volume must be one of linear, exact"):
+    with pytest.raises(InputError, match=r"Material\.volume must be one of linear, exact"):
         Material(volume="cubic")  # type: ignore[arg-type]

@@ -106,7 +106,11 @@ def fingerprint(scene: str, given: tuple[tuple[str, float], ...], cells: int | N
         found.update("".join(text for text in numbers if " at 0x" not in text).encode())
     for body in plan.scene.characters:
         found.update(body.mesh.points.tobytes() + body.mesh.tets.tobytes())
-        found.update(repr((body.material, body.muscles, body.directional_friction)).encode())
+        found.update(repr((body.material, body.directional_friction)).encode())
+        for group in body.muscles:
+            found.update(repr((group.name, group.strength, group.kernel_width)).encode())
+        for fiber in body.fibers:
+            found.update(repr((fiber.name, fiber.kind)).encode() + fiber.vertices.tobytes())
     return found.hexdigest()
 
 

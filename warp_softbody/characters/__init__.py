@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from warp_softbody import checks
 from warp_softbody.character import Character
 from warp_softbody.characters.letter_f import letter_f
 from warp_softbody.characters.letter_h import letter_h
@@ -52,6 +53,8 @@ def make(name: str) -> Character:
     Raises:
         InputError: there is none of that name.
     """
-    if name not in _CHARACTERS:
-        raise InputError(f"there is no character {name!r}; there are: {', '.join(names())}")
+    if not isinstance(name, str) or name not in _CHARACTERS:
+        raise InputError(
+            f"there is no character {checks.shown(name)}; there are: {', '.join(names())}"
+        )
     return _CHARACTERS[name]()

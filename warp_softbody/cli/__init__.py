@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 from warp_softbody import __version__
 from warp_softbody.cli import chart_command, list_command, mesh_command, run_command, tune_command
@@ -22,14 +23,45 @@ BROKEN_PIPE = 141
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code; nothing is raised for a user's mistake."""
+    _open_closed_streams()
     try:
         code = _run(argv)
         sys.stdout.flush()
     except BrokenPipeError:
         # Whoever read our output has gone (`warp-softbody list | head -1`): nothing is left to say.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return BROKEN_PIPE
+    except OSError as error:
+        # what was computed stands in its files; only the text about it is lost
+        _drop_output()
+        place = "output" if error.filename is None else repr(error.filename)
+        return _tell(f"{place} could not be written: {error.strerror or error}", FAILED)
     return code
+
+
+def _open_closed_streams() -> None:
+    """Let stdin, stdout and stderr that are closed lead nowhere.
+
+    A file opened later would get their number, and what a library prints would end in it.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            if nowhere != number:
+                os.dup2(nowhere, number)
+                os.close(nowhere)
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, mode, closefd=False))
+
+
+def _drop_output() -> None:
+    """Let what is still to be printed lead nowhere, so that the exit does not stumble on it."""
+    with suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -49,7 +81,9 @@ def _run(argv: Sequence[str] | None) -> int:
 
 def _tell(error: SoftBodyError | str, code: int) -> int:
     """One line on stderr, whatever line breaks a library has put into it."""
-    print(f"warp-softbody: {' '.join(str(error).split())}", file=sys.stderr)
+    with suppress(OSError):
+        # a full or closed stderr takes no sentence; the code tells
+        print(f"warp-softbody: {' '.join(str(error).split())}", file=sys.stderr, flush=True)
     return code
 
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-
-from warp_softbody.errors import InputError
 
 
 class _Messages:
@@ -39,38 +36,19 @@ def warp_engine(device: str, on_compile: Callable[[], None]) -> Iterator[None]:
 
     Raises:
         InputError: one sentence, when there is no such device.
+        OutputError: there is no place for compiled kernels.
     """
     import warp as wp
 
+    from warp_softbody.warp_runtime import check_device
+
+    check_device(device)
+    level = wp.config.log_level
+    # so that Warp tells of what it compiles
+    wp.config.log_level = wp.LOG_INFO
     wp.set_logger(_Messages(on_compile))
     try:
-        with _native_messages_off():
-            wp.init()  # type: ignore[no-untyped-call]
-        _check_device(device)
         yield
     finally:
         wp.set_logger(None)
-
-
-def _check_device(device: str) -> None:
-    import warp as wp
-
-    known = [str(found) for found in wp.get_devices()]
-    # Asking Warp for "cuda" without a driver prints errors of its own.
-    if device not in known and not (device == "cuda" and wp.is_cuda_available()):
-        raise InputError(f"there is no device {device!r} here; known: {', '.join(known)}")
-
-
-@contextmanager
-def _native_messages_off() -> Iterator[None]:
-    """Drop what compiled code writes to stderr, such as that there is no graphics driver."""
-    sys.stderr.flush()
-    saved = os.dup(2)
-    nothing = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nothing, 2)
-        yield
-    finally:
-        os.dup2(saved, 2)
-        os.close(saved)
-        os.close(nothing)
+        wp.config.log_level = level

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from warp_softbody import checks
 from warp_softbody.errors import InputError, MeshError
 from warp_softbody.mesh import TetMesh
 from warp_softbody.mesh_checks import clean_arrays
@@ -47,11 +45,12 @@ def tetrahedralize(
         MissingExtraError: the mesher is not installed.
         MeshError: unusable surface, failed meshing, or a mesh that is not the surface's.
     """
-    if mesher not in MESHERS:
-        raise InputError(f"there is no mesher {mesher!r}; there are: {', '.join(MESHERS)}")
-    number = isinstance(size, int | float | np.number) and not isinstance(size, bool)
-    if size is not None and not (number and math.isfinite(size) and size > 0.0):
-        raise InputError(f"the mesh size must be finite and positive, got {size!r}")
+    if not isinstance(mesher, str) or mesher not in MESHERS:
+        raise InputError(
+            f"there is no mesher {checks.shown(mesher)}; there are: {', '.join(MESHERS)}"
+        )
+    if size is not None:
+        size = checks.number("the mesh size", size, above=0.0, unit="m")
     closed = surface if isinstance(surface, Surface) else load_surface(surface)
     target = _target(closed, size)
     if mesher == "tetgen" and closed.crossing:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from warp_softbody import checks
 from warp_softbody.errors import InputError
 from warp_softbody.scenes import (
     balance_i,
@@ -65,8 +66,12 @@ def names() -> tuple[str, ...]:
 
 def recipe(name: str) -> SceneRecipe:
     """The recipe of a scene; one sentence with close matches when there is none of that name."""
+    if not isinstance(name, str):
+        checks.refuse("name of a scene", "a text", name)
     if name not in _RECIPES:
-        raise InputError(f"there is no scene {name!r}; {suggestion(name, list(_RECIPES))}")
+        raise InputError(
+            f"there is no scene {checks.shown(name)}; {suggestion(name, list(_RECIPES))}"
+        )
     return _RECIPES[name]
 
 
@@ -80,4 +85,4 @@ def make(name: str, settings: Mapping[str, str | float] | None = None) -> SceneP
     Raises:
         InputError: one sentence that names the scene or the setting at fault and what is known.
     """
-    return recipe(name).make(settings or {})
+    return recipe(name).make({} if settings is None else settings)

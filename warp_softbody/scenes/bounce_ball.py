@@ -34,6 +34,7 @@ RECIPE = SceneRecipe(
         Setting(name="height", default=0.3, low=0.0, high=5.0, unit="m", help="of the drop"),
         Setting(
             name="cells",
+            whole=True,
             default=2,
             low=0,
             high=3,

@@ -40,7 +40,12 @@ RECIPE = SceneRecipe(
         Setting(name="young_modulus", default=1e6, low=1e3, high=1e12, unit="Pa", help="of it"),
         Setting(name="poisson_ratio", default=0.4, low=0.0, high=0.49, help="of it"),
         Setting(
-            name="cells", default=3, low=1, high=24, help="of the mesh across; five times along"
+            name="cells",
+            whole=True,
+            default=3,
+            low=1,
+            high=24,
+            help="of the mesh across; five times along",
         ),
     ),
     build=build,

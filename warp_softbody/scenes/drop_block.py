@@ -58,7 +58,9 @@ RECIPE = SceneRecipe(
         Setting(
             name="young_modulus", default=1e5, low=1e3, high=1e9, unit="Pa", help="of the cube"
         ),
-        Setting(name="cells", default=7, low=1, high=24, help="of the mesh along each side"),
+        Setting(
+            name="cells", whole=True, default=7, low=1, high=24, help="of the mesh along each side"
+        ),
     ),
     build=build,
     seconds=2.0,

@@ -133,7 +133,7 @@ JUMP_I_IN_PLACE = SceneRecipe(
     name="jump-i-in-place",
     description="letter I jumps three times on the spot",
     settings=(
-        Setting(name="jumps", default=3, low=1, high=100, help="how many"),
+        Setting(name="jumps", whole=True, default=3, low=1, high=100, help="how many"),
         PUSH,
         PUSH_SECONDS,
         FRICTION,

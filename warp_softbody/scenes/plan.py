@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 
+from warp_softbody import checks, input_kinds
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.errors import InputError
 from warp_softbody.scene import Scene
@@ -22,6 +23,7 @@ class Setting:
         low, high: range, both ends included.
         unit: for people; empty for a pure number.
         help: one line.
+        whole: whether it counts something, so that 1.7 is none.
     """
 
     name: str
@@ -30,18 +32,30 @@ class Setting:
     high: float
     unit: str = ""
     help: str
+    whole: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse a range that the default is not in."""
+        input_kinds.name("Setting.name", self.name)
+        checks.settle(self, finite=("low", "high"))
+        label = f"Setting.default of {self.name!r}"
+        checks.keep(self, default=checks.number(label, self.default, low=self.low, high=self.high))
+        input_kinds.text("Setting.unit", self.unit)
+        input_kinds.text("Setting.help", self.help)
+        checks.truth("Setting.whole", self.whole)
 
     def parse(self, value: str | float) -> float:
         """The number that a text or a number stands for, if it lies in the range."""
         try:
-            number = float(value)
-        except (TypeError, ValueError):
+            number = float(value) if isinstance(value, str) else checks.number(self.name, value)
+        except ValueError:
             number = math.nan
-        if not self.low <= number <= self.high:
+        if not self.low <= number <= self.high or (self.whole and not number.is_integer()):
             unit = f" {self.unit}" if self.unit else ""
+            kind = "whole number" if self.whole else "number"
             raise InputError(
-                f"setting {self.name!r} must be a number from {self.low:g} to {self.high:g}{unit}, "
-                f"got {value!r}"
+                f"setting {self.name!r} must be a {kind} from {self.low:g} to {self.high:g}{unit}, "
+                f"got {checks.shown(value)}"
             )
         return number
 
@@ -68,6 +82,16 @@ class ScenePlan:
     time_step: float
     settings: Mapping[str, float]
 
+    def __post_init__(self) -> None:
+        """Refuse what cannot be run."""
+        input_kinds.name("ScenePlan.name", self.name)
+        input_kinds.text("ScenePlan.description", self.description)
+        checks.instance("ScenePlan.scene", self.scene, Scene)
+        if self.controller is not None:
+            input_kinds.controller("ScenePlan.controller", self.controller)
+        checks.settle(self, positive=("seconds", "time_step"))
+        input_kinds.mapping("ScenePlan.settings", self.settings)
+
 
 Values = Mapping[str, float]
 Build = Callable[[Values], tuple[Scene, Controller | None]]
@@ -93,6 +117,16 @@ class SceneRecipe:
     seconds: float
     time_step: float = 0.01
 
+    def __post_init__(self) -> None:
+        """Refuse what no plan can be made of."""
+        input_kinds.name("SceneRecipe.name", self.name)
+        input_kinds.text("SceneRecipe.description", self.description)
+        settings = checks.items("SceneRecipe.settings", self.settings, Setting)
+        input_kinds.distinct(f"settings of scene {self.name!r}", (s.name for s in settings))
+        checks.keep(self, settings=settings)
+        checks.function("SceneRecipe.build", self.build, "a function of the settings' values")
+        checks.settle(self, positive=("seconds", "time_step"))
+
     def make(self, given: Mapping[str, str | float]) -> ScenePlan:
         """The plan for the settings given; the others take their defaults."""
         values = self._values(given)
@@ -109,10 +143,13 @@ class SceneRecipe:
 
     def _values(self, given: Mapping[str, str | float]) -> dict[str, float]:
         known = [setting.name for setting in self.settings]
-        for name in given:
+        for name in input_kinds.mapping(f"settings of scene {self.name!r}", given):
+            if not isinstance(name, str):
+                checks.refuse(f"name of a setting of scene {self.name!r}", "a text", name)
             if name not in known:
                 raise InputError(
-                    f"scene {self.name!r} has no setting {name!r}; {suggestion(name, known)}"
+                    f"scene {self.name!r} has no setting {checks.shown(name)}; "
+                    f"{suggestion(name, known)}"
                 )
         return {
             setting.name: setting.parse(given.get(setting.name, setting.default))

@@ -36,7 +36,9 @@ other meshes."""
 AWAY = (Leg(direction=1.0, turn=np.radians(260.0)),)
 RETURN = tuple(Leg(direction=way, turn=np.radians(110.0)) for way in (1.0, -1.0))
 FRICTION = PUSH_SETTINGS[-1]
-PATCHES = Setting(name="patches", default=6, low=4, high=8, help="contacts that the plan knows")
+PATCHES = Setting(
+    name="patches", whole=True, default=6, low=4, high=8, help="contacts that the plan knows"
+)
 
 
 def rolling_letter() -> Character:

@@ -44,6 +44,7 @@ RECIPE = SceneRecipe(
         ),
         Setting(
             name="cells",
+            whole=True,
             default=2,
             low=1,
             high=16,

@@ -44,7 +44,7 @@ RECIPE = SceneRecipe(
     name="stack",
     description="soft cubes dropped on each other come to rest as a stack",
     settings=(
-        Setting(name="count", default=3, low=2, high=8, unit="cubes", help="whole part counts"),
+        Setting(name="count", whole=True, default=3, low=2, high=8, unit="cubes", help="how many"),
         Setting(name="height", default=0.05, low=0.0, high=2.0, unit="m", help="of each drop"),
         Setting(name="friction", default=0.5, low=0.0, high=1e3, help="Coulomb coefficient of all"),
         Setting(

@@ -70,7 +70,12 @@ RECIPE = SceneRecipe(
         ),
         Setting(name="hold", default=0.4, low=0.0, high=1e3, unit="s", help="until it is let go"),
         Setting(
-            name="cells", default=3, low=1, high=24, help="of the mesh across; five times along"
+            name="cells",
+            whole=True,
+            default=3,
+            low=1,
+            high=24,
+            help="of the mesh across; five times along",
         ),
     ),
     build=build,

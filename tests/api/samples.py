@@ -1,0 +1,243 @@
+"""A right call of every public class and function, to be spoilt one argument at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import warp_softbody as wsb
+from tests.bodies import box
+from warp_softbody import characters, controllers, scenes, stage_exports
+from warp_softbody.controllers.crawl import BELLY_PATCHES, HEAD, TAIL
+from warp_softbody.ground import Ground
+from warp_softbody.view import BodyView
+
+Samples = dict[str, tuple[Callable[..., Any], dict[str, Any]]]
+
+
+@cache
+def muscled() -> wsb.Character:
+    """A bar with one fibre, and regions for a controller."""
+    mesh = box((1, 1, 2), (0.1, 0.1, 0.2))
+    fiber = wsb.Fiber(
+        vertices=np.array([(0.05, 0.05, 0.02), (0.05, 0.05, 0.18)]),
+        kind=wsb.FiberKind.LONGITUDINAL,
+        name="fiber",
+    )
+    group = wsb.MuscleGroup(fibers=(fiber,), strength=1e5, kernel_width=0.05, name="group")
+    low, high = mesh.points[:, 2] < 0.05, mesh.points[:, 2] > 0.15
+    places = (*TAIL, *HEAD, *BELLY_PATCHES)
+    patches = (*places, *(f"base_patch_{i}" for i in range(4)))
+    regions: dict[str, Any] = {"base": low, "head": high, **dict.fromkeys(patches, low)}
+    return wsb.Character(name="bar", mesh=mesh, muscles=(group,), regions=regions)
+
+
+@cache
+def scene(ground: Ground | None = None) -> wsb.Scene:
+    """The bar on a plane."""
+    return wsb.Scene(character=muscled(), ground=ground or wsb.Plane())
+
+
+@cache
+def model() -> wsb.Model:
+    """Of the bar, on the CPU."""
+    return wsb.build_model(scene(), wsb.SimulationOptions())
+
+
+@cache
+def stepper() -> wsb.Stepper:
+    """Of the bar; it is never asked to step."""
+    return wsb.Stepper(model())
+
+
+@cache
+def frame() -> wsb.Frame:
+    """The bar at rest."""
+    return next(wsb.Simulation(scene()).run(0.01))
+
+
+@cache
+def view() -> BodyView:
+    """What a controller of the bar sees."""
+    return wsb.Simulation(scene()).view()
+
+
+def contact_problem() -> dict[str, Any]:
+    """Two controls and one contact."""
+    return {
+        "hessian": np.eye(5),
+        "gradient": np.ones(5),
+        "lower": np.zeros(2),
+        "upper": np.ones(2),
+        "velocity_offset": np.array([-0.1, 0.2, 0.0]),
+        "velocity_from_controls": np.ones((3, 2)),
+        "velocity_from_forces": np.eye(3),
+        "friction": np.array([0.5]),
+    }
+
+
+@cache
+def problem() -> controllers.ContactQPCC:
+    """The same as an object."""
+    return controllers.ContactQPCC(**contact_problem())
+
+
+def engine(folder: Path) -> Samples:
+    """Names of the package itself."""
+    fiber, group = muscled().muscles[0].fibers[0], muscled().muscles[0]
+    tets = {"points": box().points, "tets": box().tets}
+    state, control = wsb.State.at_rest(model()), wsb.Control.slack(model())
+    contacts = wsb.Contacts.none(model())
+    triangles = {"vertices": np.eye(3), "faces": np.array([[0, 1, 2]])}
+    return {
+        "Body": (wsb.Body, {"character": muscled()}),
+        "Bridge": (wsb.Bridge, {"stepper": stepper()}),
+        "Character": (wsb.Character, {"name": "a", "mesh": box(), "muscles": ()}),
+        "ContactMode": (wsb.ContactMode, {"value": 1}),
+        "ContactSample": (wsb.ContactSample, {}),
+        "Contacts": (wsb.Contacts, vars(contacts)),
+        "Contacts.none": (wsb.Contacts.none, {"model": model()}),
+        "Control": (wsb.Control, vars(control)),
+        "Control.slack": (wsb.Control.slack, {"model": model()}),
+        "DirectionalFriction": (wsb.DirectionalFriction, {"region": "base"}),
+        "Fiber": (wsb.Fiber, {"vertices": fiber.vertices, "kind": fiber.kind, "name": "f"}),
+        "FiberKind": (wsb.FiberKind, {"value": "radial"}),
+        "Frame": (wsb.Frame, {name: getattr(frame(), name) for name in vars(frame())}),
+        "HeightField": (wsb.HeightField, {"heights": np.zeros((3, 2))}),
+        "HeightField.measure": (wsb.HeightField(heights=np.eye(3)).measure, {"points": np.eye(3)}),
+        "Material": (wsb.Material, {}),
+        "MuscleGroup": (
+            wsb.MuscleGroup,
+            {"fibers": group.fibers, "strength": 1e5, "kernel_width": 0.1, "name": "g"},
+        ),
+        "Plane": (wsb.Plane, {}),
+        "Plane.measure": (wsb.Plane().measure, {"points": np.eye(3)}),
+        "Push": (
+            wsb.Push,
+            {"region": "base", "force": (1.0, 0.0, 0.0), "start": 0.0, "duration": 1.0},
+        ),
+        "Scene": (wsb.Scene, {"character": muscled()}),
+        "Simulation": (wsb.Simulation, {"scene": scene()}),
+        "Simulation.run": (wsb.Simulation(scene()).run, {"seconds": 0.1}),
+        "SimulationOptions": (wsb.SimulationOptions, {}),
+        "State": (wsb.State, vars(state)),
+        "State.at_rest": (wsb.State.at_rest, {"model": model()}),
+        "Stepper": (wsb.Stepper, {"model": model()}),
+        "Stepper.step": (
+            stepper().step,
+            {"state": state, "control": control, "contacts": contacts, "after": state},
+        ),
+        "TetMesh": (wsb.TetMesh, tets),
+        "TetMesh.from_arrays": (wsb.TetMesh.from_arrays, tets),
+        "TetMesh.read": (wsb.TetMesh.read, {"path": folder / "none.vtu"}),
+        "TetMesh.write": (box().write, {"path": folder / "mesh.vtu"}),
+        "TriangleGround": (wsb.TriangleGround, triangles),
+        "build_model": (
+            wsb.build_model,
+            {"scene": scene(), "options": wsb.SimulationOptions()},
+        ),
+        "placed": (wsb.placed, {"character": muscled()}),
+        "characters.make": (characters.make, {"name": "letter_i"}),
+        "Setting": (
+            scenes.Setting,
+            {"name": "a", "default": 1.0, "low": 0.0, "high": 2.0, "help": "of it"},
+        ),
+    }
+
+
+def control() -> Samples:
+    """Names of the controllers."""
+    objective = controllers.Objective(name="o", rows=np.ones((1, 54)), target=0.0, weight=1.0)  # type: ignore[arg-type]
+    (patch,) = controllers.ground_patches(view(), ("base",))
+    linear: dict[str, Any] = {"Q": np.eye(2), "c": np.ones(2)}
+    found: Samples = {
+        "ActivationCost": (controllers.ActivationCost, {}),
+        "ContactQPCC": (controllers.ContactQPCC, contact_problem()),
+        "Goals": (controllers.Goals, {"objectives": (objective,)}),
+        "Leg": (controllers.Leg, {"direction": 1.0, "turn": 1.0}),
+        "Objective": (
+            controllers.Objective,
+            {"name": "o", "rows": np.ones((1, 54)), "target": 0.0, "weight": 1.0},
+        ),
+        "Patch": (
+            controllers.Patch,
+            {
+                "weights": patch.weights,
+                "gap": 0.0,
+                "frame": patch.frame,
+                "friction": 0.5,
+                "touching": True,
+            },
+        ),
+        "QPCC": (controllers.QPCC, linear),
+        "QPCC.load": (controllers.QPCC.load, {"path": "none.npz"}),
+        "Roll": (controllers.Roll, {"legs": (), "rim": "base"}),
+        "SolverOptions": (controllers.SolverOptions, {}),
+        "Sway": (controllers.Sway, {}),
+        "Walk": (controllers.Walk, {"gait": controllers.ONE_BY_ONE}),
+        "clustered_patches": (controllers.clustered_patches, {"view": view()}),
+        "enumerate_qpcc": (controllers.enumerate_qpcc, {"problem": problem()}),
+        "ground_patches": (controllers.ground_patches, {"view": view(), "regions": ("base",)}),
+        "solve_qpcc": (controllers.solve_qpcc, {"problem": problem()}),
+        "solve_qpcc general": (
+            controllers.solve_qpcc,
+            {"problem": controllers.QPCC(**linear), "budget": 4},
+        ),
+        "solve_static": (controllers.solve_static, {"problem": problem()}),
+        "to_full": (controllers.to_full, {"problem": problem()}),
+        "to_general": (controllers.to_general, {"problem": problem()}),
+        "uniform_directions": (controllers.uniform_directions, {"count": 8}),
+        "CrawlPhase": (controllers.CrawlPhase, {"value": "rest"}),
+        "QPCCStatus": (controllers.QPCCStatus, {"value": "x"}),
+    }
+    for name in ("Balance", "Crawl", "Exercise", "Jump", "Slide"):
+        found[name] = (getattr(controllers, name), {})
+        found[f"{name}.goals"] = (getattr(controllers, name)().goals, {"view": view()})
+    for name in ("Balance", "Crawl", "Exercise", "Jump", "Roll", "Slide", "Walk"):
+        found[f"{name}Gains"] = (getattr(controllers, f"{name}Gains"), {})
+    return found
+
+
+def exports(folder: Path) -> Samples:
+    """Names of the exports, with a stage of two frames to read."""
+    stage = folder / "take.usdc"
+    with stage_exports.StageWriter(stage, scene()) as writer:
+        for each in wsb.Simulation(scene()).run(0.03):
+            writer.write(each)
+    take = stage_exports.read_take(stage)
+    later = stage_exports.StageWriter(folder / "later.usdc", scene())
+    small = (16, 16)
+    return {
+        "Movie": (stage_exports.Movie, {"path": folder / "a.gif", "scene": scene()}),
+        "StageWriter": (
+            stage_exports.StageWriter,
+            {"path": folder / "a.usdc", "scene": scene()},
+        ),
+        "StageWriter.write": (later.write, {"frame": frame()}),
+        "body_names": (stage_exports.body_names, {"path": stage}),
+        "draw_picture": (
+            partial(stage_exports.draw_picture, folder / "a.png"),
+            {"scene": scene(), "frame": frame(), "size": small},
+        ),
+        "draw_take": (
+            stage_exports.draw_take,
+            {"path": folder / "b.png", "take": take, "count": 1, "columns": 1, "size": small},
+        ),
+        "measure": (stage_exports.measure, {"take": take}),
+        "read_take": (stage_exports.read_take, {"path": stage}),
+        "recover": (stage_exports.recover, {"path": folder / "none.usdc"}),
+        "take_bounds": (lambda take: stage_exports.take_bounds(take), {"take": take}),
+        "reversals": (stage_exports.reversals, {"take": take}),
+        "validate": (stage_exports.validate, {"path": stage}),
+    }
+
+
+OUTPUTS = {
+    *("ControlProblem", "Model", "Measures", "Take", "FullForm", "QPCCResult", "GeneralResult"),
+    *("ContactMultipliers", "GeneralMultipliers", "Controller"),
+}
+"""Classes that users are handed and do not make, and a protocol."""
