@@ -150,7 +150,9 @@ class Driver:
         """Rest lengths that serve goals best; the step's matrix has to be assembled."""
         if self._method == "static":
             goals = replace(goals, patches=tuple(replace(p, slips=False) for p in goals.patches))
-        problem = self._bridge.solve(_rows_of(goals, view))
+        # before the first step nobody knows what touches
+        free = view.time > 0.0 and not goals.patches and not view.touching.any()
+        problem = self._bridge.solve(_rows_of(goals, view), free=free)
         _check_maps(goals, problem)
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step)

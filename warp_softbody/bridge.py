@@ -18,6 +18,7 @@ import warp as wp
 from warp_softbody import array_checks, checks
 from warp_softbody.block_factor import Freedom
 from warp_softbody.errors import InputError
+from warp_softbody.free_turn import FreeTurn
 from warp_softbody.kernels import block_gradients as bg
 from warp_softbody.kernels.block_gradients import make_block_gradients
 from warp_softbody.kernels.conjugate_gradients import FREE, HELD
@@ -44,8 +45,9 @@ class ControlProblem(Value):
 
     Attributes:
         rows: J, (r, 3n).
-        responses: W^T, (r, 3n): velocities per unit impulse along each row.
-        compliance: J M~^-1 J^T, (r, r), symmetric.
+        responses: W^T, (r, 3n): velocities per unit impulse along each row; of a body that is free,
+            with the turn that a step gives back to its spin (`free_turn`).
+        compliance: W^T J^T, (r, r), symmetric.
         free_velocity: J v+ without muscle tension and contact, (r,).
         muscle_map: change of J v+ per metre of (l_d - l), (r, s).
         lengths: l, (s,) m, at the start of the step.
@@ -120,38 +122,59 @@ class Bridge:
         return self._blocks * BLOCK
 
     @shares_warp
-    def solve(self, rows: FloatArray) -> ControlProblem:
-        """The maps of rows J (r, 3n) at the state last assembled by the stepper."""
+    def solve(self, rows: FloatArray, *, free: bool = False) -> ControlProblem:
+        """The maps of rows J (r, 3n) at the state last assembled by the stepper.
+
+        ``free`` says that nothing touches the body, so that the step keeps its angular momentum.
+        """
         model = self._stepper.model
         rows = array_checks.array("rows of a Bridge", rows, (None, None))
         if rows.ndim != 2 or rows.shape[1] != 3 * model.node_count:
             raise InputError(
                 f"a bridge takes rows of {3 * model.node_count} numbers, got shape {rows.shape}"
             )
-        moved, shifts = self._translations(rows)
+        turn = self._free_turn(rows) if free else None
+        left = rows if turn is None else turn.rows
+        moved, shifts = self._translations(left)
         others = np.flatnonzero(~moved)
-        iterations = self._solve_blocks(rows[others])
+        iterations = self._solve_blocks(left[others])
         count, segments = len(rows), model.segment_count
         responses = np.empty((count, rows.shape[1]))
         responses[others] = self._from_blocks(self._work["x"].numpy(), len(others))
         responses[moved] = np.tile(shifts, model.node_count)
-        free = np.empty(count)
-        free[others] = self._work["response"].numpy().reshape(-1)[: len(others)]
-        free[moved] = shifts @ self._stepper.assembly.momentum.numpy().sum(axis=0, dtype=np.float64)
+        free_velocity = np.empty(count)
+        free_velocity[others] = self._work["response"].numpy().reshape(-1)[: len(others)]
+        momenta = self._stepper.assembly.momentum.numpy().sum(axis=0, dtype=np.float64)
+        free_velocity[moved] = shifts @ momenta
         maps = np.zeros((count, segments))
         maps[others] = self._from_blocks(self._work["maps"].numpy(), len(others))[:, :segments]
+        if turn is not None:
+            # muscles have no torque, so that their maps stay
+            responses += turn.responses
+            momentum = self._stepper.assembly.momentum.numpy().astype(np.float64)
+            free_velocity += turn.responses @ momentum.ravel()
         compliance = rows @ responses.T
         return ControlProblem(
             rows=rows,
             responses=responses,
             compliance=0.5 * (compliance + compliance.T),
-            free_velocity=free,
+            free_velocity=free_velocity,
             muscle_map=maps,
             lengths=self._stepper.lengths.numpy().astype(np.float64),
             rest_lengths=model.muscles.rest_lengths,
             iterations=iterations,
             converged=iterations < MOST_ITERATIONS,
         )
+
+    def _free_turn(self, rows: FloatArray) -> FreeTurn | None:
+        """What the step's balance of spin does to rows; None where it does nothing."""
+        model, state = self._stepper.model, self._stepper.assembled
+        one = len(model.scene.parts) == 1 and not len(model.body.fixed)
+        if not one or state is None or model.options.newton_iterations > 1:
+            return None
+        positions = state.positions.numpy().astype(np.float64)
+        masses = model.masses * model.materials[0].mass_factor
+        return FreeTurn.of(rows, positions, masses)
 
     def _translations(self, rows: FloatArray) -> tuple[npt.NDArray[np.bool_], FloatArray]:
         """Rows that are momenta, m d at every node, and their responses d / (1 + dt mu).

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks, input_kinds, mesh_geometry
-from warp_softbody.errors import MeshError, MeshWarning
+from warp_softbody import array_checks, checks, input_kinds, mesh_geometry
+from warp_softbody.errors import InputError, MeshError, MeshWarning
 from warp_softbody.mesh_checks import checked_arrays, clean_arrays
 from warp_softbody.mesh_files import read_tets, write_tets
 from warp_softbody.value import FrozenValue
@@ -49,7 +49,15 @@ class TetMesh(FrozenValue):
     def __post_init__(self) -> None:
         """Keep read-only copies of arrays that can be a mesh's."""
         points, tets = checked_arrays(self.points, self.tets, source="TetMesh")
-        node_of = self.node_of if len(self.node_of) else np.arange(len(points))
+        node_of = array_checks.array("TetMesh.node_of", self.node_of, (None,))
+        if not len(node_of):
+            node_of = np.arange(len(points), dtype=np.float64)
+        whole = (node_of >= -1) & (node_of < len(points)) & (node_of == np.floor(node_of))
+        if not whole.all():
+            raise InputError(
+                f"TetMesh.node_of must hold nodes from 0 to {len(points) - 1}, or -1 for none, "
+                f"but it holds {node_of[~whole][0]:g}"
+            )
         regions = {
             name: _frozen(input_kinds.node_set(f"region {name!r} of a TetMesh", nodes, len(points)))
             for name, nodes in input_kinds.mapping("TetMesh.regions", self.regions).items()
@@ -58,7 +66,7 @@ class TetMesh(FrozenValue):
             self,
             points=_frozen(points),
             tets=_frozen(tets),
-            node_of=_frozen(np.array(node_of, dtype=np.int32)),
+            node_of=_frozen(node_of.astype(np.int32)),
             regions=regions,
         )
         wrong = np.flatnonzero(~(self.volumes > 0.0))

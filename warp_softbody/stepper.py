@@ -29,7 +29,11 @@ from warp_softbody.warp_runtime import captured
 
 
 class Stepper:
-    """Steps a model; owns work arrays and graphs, never the state."""
+    """Steps a model; owns work arrays and graphs, never the state.
+
+    Attributes:
+        assembled: the state that was last assembled.
+    """
 
     @shares_warp
     def __init__(self, model: Model) -> None:
@@ -52,6 +56,7 @@ class Stepper:
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
         self._contact = ContactResolution(model, self.assembly)
         self._renewed = False
+        self.assembled: State | None = None
         self._graphs: dict[tuple[Any, ...], Any] = {}
         self._phase_graphs: dict[int, Any] = {}
         threads = model.options.threads
@@ -60,6 +65,7 @@ class Stepper:
     @shares_warp
     def assemble(self, state: State) -> None:
         """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
+        self.assembled = state
         if self._workers is not None:
             self._assemble_side_by_side(self._workers, state)
             return

@@ -86,6 +86,18 @@ class Shrink:
         )
 
 
+class Standing:
+    """Lets the body come to stand before it wants anything: what touches is then known."""
+
+    def __init__(self, then: Shrink) -> None:
+        """After 0.2 s."""
+        self.then = then
+
+    def goals(self, view: BodyView) -> Goals | None:
+        """None at first."""
+        return None if view.time < 0.2 - 0.5 * DT else self.then.goals(view)
+
+
 def view_of(body: Rig, activations: FloatArray | None = None) -> BodyView:
     return BodyView(
         scene=body.model.scene,
@@ -202,7 +214,7 @@ def test_predicted_velocity_is_the_step_s() -> None:
     assert decision is not None
     weights = between(view)
     rows = objectives.mean_rows(view, weights)
-    problem = Bridge(body.stepper).solve(rows)
+    problem = Bridge(body.stepper).solve(rows, free=True)
     promised = problem.free_velocity + problem.muscle_map @ (
         decision.rest_lengths - problem.lengths
     )
@@ -213,10 +225,13 @@ def test_predicted_velocity_is_the_step_s() -> None:
 
 @pytest.mark.parametrize("method", ["qpcc", "static"])
 def test_closed_loop_in_flight_reaches_its_goal(method: Method) -> None:
-    """The top leans and comes nearer to the base; every activation stays within its bounds."""
+    """The top leans and comes nearer to the base; every activation stays within its bounds.
+
+    The bar can bend but not turn, since nothing gives it angular momentum.
+    """
     character = bar()
     scene = Scene(character=character, gravity=(0.0, 0.0, 0.0))
-    goal = (0.03, 0.0, 0.55)
+    goal = (0.01, 0.0, 0.55)
     simulation = Simulation(scene, Shrink(goal), time_step=DT, fps=100.0, method=method)
     misses = []
     for frame in simulation.run(1.0):
@@ -236,9 +251,9 @@ def test_closed_loop_in_flight_reaches_its_goal(method: Method) -> None:
 def test_closed_loop_on_the_ground_reaches_its_goal(method: Method) -> None:
     character = bar()
     scene = Scene(character=character, ground=Plane(friction=0.8))
-    controller = Shrink((0.0, 0.0, 0.55), patches=QUARTERS)
+    controller = Standing(Shrink((0.0, 0.0, 0.55), patches=QUARTERS))
     simulation = Simulation(scene, controller, time_step=DT, fps=100.0, method=method)
-    frames = list(simulation.run(1.0))
+    frames = list(simulation.run(1.2))
     heights = [np.ptp(frame.positions[:, 2]) for frame in frames]
     # three quarters of the way down; sagging under its weight alone it would stay above 0.59
     assert heights[-1] < 0.5625

@@ -117,13 +117,14 @@ def test_output_folder_must_exist(cube: TetMesh, tmp_path: Path) -> None:
 
 
 def test_what_is_no_path(cube: TetMesh) -> None:
-    with pytest.raises(MeshError, match="a mesh file is given by its path, got 5"):
+    with pytest.raises(InputError, match=r"path of TetMesh.read must be the path of a file, not 5"):
         TetMesh.read(5)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="a mesh file is given by its path, got None"):
+    with pytest.raises(InputError, match=r"path of TetMesh.write must be the path of a file"):
         cube.write(None)  # type: ignore[arg-type]
-    for name in ("a\0b.vtu", "x" * 300 + ".vtu"):
-        with pytest.raises(OutputError, match="cannot be written: "):
-            cube.write(name)
+    with pytest.raises(InputError, match="a path that the file system can hold"):
+        cube.write("a\0b.vtu")
+    with pytest.raises(OutputError, match="cannot be written: "):
+        cube.write("x" * 300 + ".vtu")
     with pytest.raises(InputError, match=r"a surface is a file's path or .*, got int"):
         TetMesh.from_surface(5)  # type: ignore[arg-type]
     with pytest.raises(MeshError, match="there is no such file"):

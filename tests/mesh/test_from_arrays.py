@@ -53,9 +53,9 @@ def test_byte_order_becomes_native() -> None:
     ("points", "tets", "sentence"),
     [
         ("words", [[0, 1, 2, 3]], "points are not numbers"),
-        ([[*"123"]] * 4, [[0, 1, 2, 3]], "points are not numbers, but of dtype <U1"),
-        (np.ones((4, 3), bool), [[0, 1, 2, 3]], "points are not numbers, but of dtype bool"),
-        (np.ones((4, 3), complex), [[0, 1, 2, 3]], "points are not numbers, but of dtype complex"),
+        ([[*"123"]] * 4, [[0, 1, 2, 3]], "points are not numbers, but of the type <U1"),
+        (np.ones((4, 3), bool), [[0, 1, 2, 3]], "points are not numbers, but of the type bool"),
+        (np.ones((4, 3), complex), [[0, 1, 2, 3]], "points are not numbers, but of the type compl"),
         ([*CORNER[:3], [0, 1e300, 1]], [[0, 1, 2, 3]], "point 3 lies too far from the origin"),
         (np.zeros((4, 2)), [[0, 1, 2, 3]], r"points must have shape \(n, 3\), got \(4, 2\)"),
         ([*CORNER[:3], [0, np.nan, 1]], [[0, 1, 2, 3]], r"point 3 is not finite: \[0.0, nan, 1.0"),
