@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
+from warp_softbody.replacing import replacing
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
@@ -58,32 +59,61 @@ class Movie:
         camera = Camera.framing(*box, aspect=aspect)
         subject = Subject.of_bodies(self._bodies, scene.ground)
         self._renderer = Renderer(subject, camera, size)
-        self._temporary = self._target.with_name(f".writing.{self._target.name}")
         self._fps = float(fps)
+        self._file = ExitStack()
+        self._path = self._target
         self._writer: Any = None
+        self._count = 0
+        self._closed = False
 
     def write(self, frame: Frame) -> None:
-        """Draw a frame and add it."""
+        """Draw a frame and add it.
+
+        Raises:
+            OutputError: the movie is closed, or could not be written; then nothing is left of it.
+        """
+        if self._closed:
+            raise OutputError(f"{str(self._target)!r} is closed; no frame can be added")
         image = self._renderer.draw(Pose.of_frame(frame, self._bodies))
         try:
             if self._writer is None:
-                self._writer = _open_writer(self._temporary, self._fps)
+                self._path = self._file.enter_context(replacing(self._target))
+                self._writer = _open_writer(self._path, self._fps)
             self._writer.append_data(image)
+            self._count += 1
         except OSError as error:
-            raise OutputError(f"{str(self._target)!r} could not be written: {error}") from error
+            self._give_up(error)
+            raise self._unwritten(error) from error
 
     def close(self) -> None:
-        """Finish the file; harmless when closed already or without a frame."""
+        """Finish the file; harmless when closed already or without a frame.
+
+        Raises:
+            OutputError: it could not be written; an older file is as it was.
+        """
+        if self._closed:
+            return
+        self._closed = True
         if self._writer is None:
             return
-        writer, self._writer = self._writer, None
         try:
-            writer.close()
-            os.replace(self._temporary, self._target)
+            with self._file:
+                self._writer.close()
+                _check(self._path, self._count)
         except OSError as error:
-            raise OutputError(f"{str(self._target)!r} could not be written: {error}") from error
-        finally:
-            self._temporary.unlink(missing_ok=True)
+            raise self._unwritten(error) from error
+
+    def _give_up(self, error: OSError) -> None:
+        """End the encoder and remove what it wrote."""
+        self._closed = True
+        with suppress(OSError), self._file:
+            if self._writer is not None:
+                self._writer.close()
+            raise error
+
+    def _unwritten(self, error: OSError) -> OutputError:
+        lines = (error.strerror or str(error)).strip().splitlines()
+        return OutputError(f"{str(self._target)!r} could not be written: {lines[0]}")
 
     def __enter__(self) -> Movie:
         """Write inside the body."""
@@ -113,3 +143,21 @@ def _open_writer(path: Path, fps: float) -> Any:
             "an .mp4 needs imageio-ffmpeg, which is not installed: "
             "pip install 'warp-softbody[view]'"
         ) from error
+
+
+def _check(path: Path, count: int) -> None:
+    """Read a finished .mp4 again: its encoder does not say that it had no room.
+
+    Raises:
+        OSError: it cannot be read, or holds fewer frames than were drawn.
+    """
+    if path.suffix.lower() != ".mp4":
+        return
+    import imageio_ffmpeg
+
+    try:
+        found, _ = imageio_ffmpeg.count_frames_and_secs(path)
+    except RuntimeError as error:
+        raise OSError("the encoder left a file that cannot be read; is the disk full?") from error
+    if found < count:
+        raise OSError(f"the encoder kept {found} of {count} frames; is the disk full?")

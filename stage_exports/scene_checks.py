@@ -1,0 +1,108 @@
+"""What of a scene must be right for a stage, found out before there is a frame to lose."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Tf
+
+from warp_softbody.character import Character
+from warp_softbody.errors import InputError, OutputError
+from warp_softbody.replacing import private_folder
+from warp_softbody.scene import Scene
+from warp_softbody.stage_exports.bodies import StagedBody
+from warp_softbody.stage_exports.chunks import USD, reason
+from warp_softbody.stage_exports.conventions import character_path
+from warp_softbody.stage_exports.static import static_layer
+
+LONGEST = 1000
+"""Characters of a name."""
+
+
+def checked_static_layer(
+    scene: Scene,
+    bodies: Sequence[StagedBody],
+    fps: float,
+    metadata: Mapping[str, str | float],
+    folder: Path,
+) -> Any:
+    """What of a take does not move, as a layer that was written to a folder once, as a trial.
+
+    Raises:
+        InputError: a part of the scene cannot be stored.
+        OutputError: the folder has no room for it.
+    """
+    for character in scene.characters:
+        _check_character(character)
+    try:
+        with USD:
+            layer = static_layer(scene, bodies, fps, metadata)
+    except InputError:
+        raise
+    except (Tf.ErrorException, TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"the scene cannot be stored in a stage: {reason(error)}") from error
+    _try(layer, folder)
+    return layer
+
+
+def checked_metadata(metadata: Mapping[str, str | float]) -> dict[str, str | float]:
+    """Names and values that USD can keep.
+
+    Raises:
+        InputError: it cannot keep one of them.
+    """
+    for name, value in metadata.items():
+        if not (isinstance(name, str) and name and _is_text(name)):
+            raise InputError(f"the name of metadata must be text, got {name!r}")
+        if not isinstance(value, str | int | float):
+            raise InputError(f"metadata {name!r} must be text or a number, got {value!r}")
+        if isinstance(value, str) and not _is_text(value):
+            raise InputError(f"metadata {name!r} must be text in UTF-8, got {value!r}")
+        if isinstance(value, int) and abs(value) >= 2**63:
+            raise InputError(f"metadata {name!r} must have at most 64 bits, got {value!r}")
+    return dict(metadata)
+
+
+def _check_character(character: Character) -> None:
+    name = character.name
+    if len(name) > LONGEST or not _is_text(name):
+        raise InputError(
+            f"a character's name must be UTF-8 and have at most {LONGEST} characters, "
+            f"got {name[:40]!r} with {len(name)}"
+        )
+    character_path(name)
+    try:
+        color = np.array(character.color, dtype=np.float64)
+    except (TypeError, ValueError):
+        color = np.zeros(0)
+    if color.shape != (3,) or not np.isfinite(color.astype(np.float32)).all():
+        raise InputError(
+            f"character {name!r}: color must be three finite numbers, got {character.color!r}"
+        )
+
+
+def _is_text(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return "\0" not in text
+
+
+def _try(layer: Any, folder: Path) -> None:
+    """Write a layer into a folder and remove it again."""
+    try:
+        made = private_folder(folder)
+        try:
+            with USD:
+                layer.Export(str(made / "trial.usdc"))
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+    except (OSError, Tf.ErrorException) as error:
+        raise OutputError(
+            f"cannot write in the folder {str(folder)!r}: {reason(error)}"
+        ) from error
