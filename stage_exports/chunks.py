@@ -15,9 +15,7 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-from pxr import Sdf, Tf, UsdUtils
-
-from warp_softbody.errors import OutputError
+from warp_softbody.errors import InputError, OutputError
 from warp_softbody.replacing import replacing
 from warp_softbody.stage_exports.claims import (
     Claim,
@@ -28,8 +26,9 @@ from warp_softbody.stage_exports.claims import (
     writing_process,
 )
 from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
-
-STATIC = "static.usdc"
+from warp_softbody.stage_exports.isolation import apart
+from warp_softbody.stage_exports.merging import STATIC, closed_chunks, export, reason
+from warp_softbody.stage_exports.stage_files import identity, mark_own
 
 USD = RLock()
 """Held while layers are made and written: USD's change blocks are those of the whole process."""
@@ -50,7 +49,7 @@ class ChunkFolder:
         """
         self.target = target
         self._claim: Claim | None = None
-        self._before = _identity(target)
+        self._before = identity(target)
         with self._one_sentence(), suppress(FileNotFoundError):
             # where the longest name made beside it is too long, this says so
             os.lstat(target.with_name(f"{folder_name(target)}.99"))
@@ -72,12 +71,12 @@ class ChunkFolder:
     def start(self, static: Any) -> None:
         """Store what does not move."""
         with self._one_sentence():
-            export(static, self._folder / STATIC)
+            _stored(static, self._folder / STATIC)
 
     def add(self, first_frame: int, samples: Any) -> None:
         """Store a chunk; writing the same chunk again replaces it."""
         with self._one_sentence():
-            export(samples, self._folder / f"frames_{first_frame:08d}.usdc")
+            _stored(samples, self._folder / f"frames_{first_frame:08d}.usdc")
 
     def finish(self) -> None:
         """Make the stage, in one step, and forget these chunks and what crashed takes left.
@@ -86,9 +85,9 @@ class ChunkFolder:
             OutputError: it could not be written, or another stands there since this take began.
         """
         with self._one_sentence():
-            if _identity(self.target) not in (None, self._before):
+            if identity(self.target) not in (None, self._before):
                 raise OSError("another was written there since this take began")
-            _merged(self._folder, self.target)
+            _merged(self._folder, self.target, trusted=True)
         self.forget()
         for older in left_behind(self.target):
             older.remove()
@@ -125,7 +124,7 @@ class ChunkFolder:
         """Turn what USD and the system raise into an OutputError that says what is saved."""
         try:
             yield
-        except (OSError, Tf.ErrorException) as error:
+        except (OSError, InputError) as error:
             kept = "no frame of the take is kept"
             if self._claim is not None and closed_chunks(self._claim.folder):
                 kept = (
@@ -152,8 +151,8 @@ def recover(path: str | Path) -> Path:
         if chosen is None:
             raise OutputError(_nothing(target))
         try:
-            _merged(chosen.folder, target)
-        except (OSError, Tf.ErrorException) as error:
+            _merged(chosen.folder, target, trusted=False)
+        except (OSError, InputError) as error:
             raise OutputError(
                 f"{str(target)!r} could not be recovered ({reason(error)}); "
                 f"the chunks are kept in {str(chosen.folder)!r}"
@@ -165,46 +164,18 @@ def recover(path: str | Path) -> Path:
     return target
 
 
-def closed_chunks(folder: Path) -> list[Path]:
-    """The chunks of a folder in the order of their frames."""
-    return sorted(folder.glob("frames_*.usdc"))
-
-
-def export(layer: Any, path: Path) -> None:
-    """Write a layer, whole or not at all."""
+def _stored(layer: Any, path: Path) -> None:
     with USD, replacing(path) as temporary:
-        if not layer.Export(str(temporary)):
-            raise OSError("USD could not export the layer")
+        export(layer, str(temporary))
 
 
-def reason(error: Exception) -> str:
-    """The cause alone: USD appends every error that followed from it."""
-    if isinstance(error, Tf.ErrorException) and error.args:
-        return str(error.args[0].commentary)
-    if isinstance(error, OSError) and error.strerror:
-        return error.strerror
-    return str(error)
-
-
-def _merged(folder: Path, target: Path) -> None:
+def _merged(folder: Path, target: Path, *, trusted: bool) -> None:
     """Make one file of all chunks of a folder."""
-    with USD:
-        merged = Sdf.Layer.CreateAnonymous(".usda")
-        merged.TransferContent(_opened(folder / STATIC))
-        layers = [_opened(chunk) for chunk in closed_chunks(folder)]
-        for layer in layers:
-            UsdUtils.StitchLayers(merged, layer)
-        merged.startTimeCode = layers[0].startTimeCode
-        merged.endTimeCode = layers[-1].endTimeCode
-        export(merged, target)
-
-
-def _opened(path: Path) -> Any:
-    """A layer read anew: OpenAsAnonymous never hands out what an older file of that name held."""
-    layer = Sdf.Layer.OpenAsAnonymous(str(path)) if path.is_file() else None
-    if layer is None:
-        raise OSError(f"{path.name} is missing or damaged")
-    return layer
+    size = sum(chunk.stat().st_size for chunk in folder.glob("*.usdc"))
+    with USD, replacing(target) as path:
+        apart("merge", folder, str(path), size=size, trusted=trusted)
+    if trusted:
+        mark_own(target)
 
 
 def _nothing(target: Path) -> str:
@@ -221,12 +192,3 @@ def _abandon(left: Claim) -> None:
         left.release()
     else:
         left.remove()
-
-
-def _identity(path: Path) -> tuple[int, ...] | None:
-    """What changes when a file is written anew."""
-    try:
-        found = os.lstat(path)
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.reader import Take
@@ -61,8 +62,17 @@ def reversals(take: Take) -> float:
 
 
 def measure(take: Take) -> Measures:
-    """Measure every frame of a take."""
+    """Measure every frame of a take.
+
+    Raises:
+        InputError: the body has no volume at rest, which everything is measured against.
+    """
     rest_volumes = tet_volumes(take.rest, take.tets)
+    if not (np.isfinite(rest_volumes).all() and rest_volumes.min() > 0.0):
+        raise InputError(
+            f"body {take.name!r} cannot be measured: tet {int(np.argmin(rest_volumes))} has a "
+            f"volume of {rest_volumes.min():.3g} m^3 at rest"
+        )
     # Frame by frame: the corners of all tets of a long take at once would fill the memory.
     volumes = np.stack([tet_volumes(points, take.tets) for points in take.tet_points])
     masses = _lumped(rest_volumes, take.tets, len(take.rest))

@@ -15,8 +15,9 @@ from warp_softbody.errors import InputError, OutputError
 from warp_softbody.replacing import private_folder
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.bodies import StagedBody
-from warp_softbody.stage_exports.chunks import USD, reason
+from warp_softbody.stage_exports.chunks import USD
 from warp_softbody.stage_exports.conventions import character_path
+from warp_softbody.stage_exports.merging import export, reason
 from warp_softbody.stage_exports.static import static_layer
 
 LONGEST = 1000
@@ -99,10 +100,8 @@ def _try(layer: Any, folder: Path) -> None:
         made = private_folder(folder)
         try:
             with USD:
-                layer.Export(str(made / "trial.usdc"))
+                export(layer, str(made / "trial.usdc"))
         finally:
             shutil.rmtree(made, ignore_errors=True)
-    except (OSError, Tf.ErrorException) as error:
-        raise OutputError(
-            f"cannot write in the folder {str(folder)!r}: {reason(error)}"
-        ) from error
+    except OSError as error:
+        raise OutputError(f"cannot write in the folder {str(folder)!r}: {reason(error)}") from error
