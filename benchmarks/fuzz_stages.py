@@ -1,8 +1,8 @@
-"""Mutated stages through everything that reads one: `python -m benchmarks.fuzz_stages --files 1000`.
+"""Mutated stages through all that reads one: `python -m benchmarks.fuzz_stages --files 1000`.
 
-Bytes are flipped, cut, copied and cleared, and values of attributes are removed, shortened, swapped
-and made absurd. A file may be read or be refused in one sentence, in a few seconds; anything else is
-kept in the folder of ``--keep`` under the seed that makes it again.
+Bytes are flipped, cut, copied and cleared, and values of attributes are removed, shortened and made
+absurd. A file may be read or be refused in one sentence, in a few seconds; anything else is kept in
+the folder of ``--keep`` under the seed that makes it again.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ def _stage(path: Path) -> Path:
 
 def _cube(name: str, x: float, *, muscular: bool) -> Character:
     corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]) * 0.2
-    mesh = TetMesh.from_arrays(corners + (x, 0.0, 0.0), _SPLIT)
+    mesh = TetMesh.from_arrays(corners + np.array([x, 0.0, 0.0]), _SPLIT)
     along = np.linspace(0.05, 0.15, 3)[:, None] * (0, 0, 1) + (x + 0.1, 0.1, 0.0)
     fiber = Fiber(vertices=along, kind=FiberKind.LONGITUDINAL, name="fiber")
     group = MuscleGroup(fibers=(fiber,), strength=1e5, kernel_width=0.1, name="group")

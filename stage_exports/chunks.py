@@ -142,8 +142,13 @@ def recover(path: str | Path) -> Path:
     Of several such takes it is the one that was written to last; the others stay.
 
     Raises:
-        OutputError: there are none, or the take is still being written.
+        OutputError: there are none, the take is still being written, or a chunk is damaged.
     """
+    return recovered(path)[0]
+
+
+def recovered(path: str | Path) -> tuple[Path, int]:
+    """The path that `recover` returns, and the number of frames."""
     target = checked_target(path, extensions=EXTENSIONS)
     claims = left_behind(target)
     try:
@@ -151,7 +156,7 @@ def recover(path: str | Path) -> Path:
         if chosen is None:
             raise OutputError(_nothing(target))
         try:
-            _merged(chosen.folder, target, trusted=False)
+            frames = _merged(chosen.folder, target, trusted=False)
         except (OSError, InputError) as error:
             raise OutputError(
                 f"{str(target)!r} could not be recovered ({reason(error)}); "
@@ -161,7 +166,7 @@ def recover(path: str | Path) -> Path:
     finally:
         for one in claims:
             _abandon(one)
-    return target
+    return target, frames
 
 
 def _stored(layer: Any, path: Path) -> None:
@@ -169,13 +174,14 @@ def _stored(layer: Any, path: Path) -> None:
         export(layer, str(temporary))
 
 
-def _merged(folder: Path, target: Path, *, trusted: bool) -> None:
-    """Make one file of all chunks of a folder."""
+def _merged(folder: Path, target: Path, *, trusted: bool) -> int:
+    """Make one file of all chunks of a folder; returns the number of its frames."""
     size = sum(chunk.stat().st_size for chunk in folder.glob("*.usdc"))
     with USD, replacing(target) as path:
-        apart("merge", folder, str(path), size=size, trusted=trusted)
+        frames: int = apart("merge", folder, str(path), size=size, trusted=trusted)
     if trusted:
         mark_own(target)
+    return frames
 
 
 def _nothing(target: Path) -> str:

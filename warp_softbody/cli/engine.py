@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from warp_softbody.cli.output import note
 from warp_softbody.errors import InputError
 
 
@@ -26,11 +27,11 @@ class _Messages:
 
     def warning(self, message: str, category: object = None, stacklevel: int = 1) -> None:
         """Print a line."""
-        print(f"warp: {message}", file=sys.stderr)
+        note(f"warp: {message}\n")
 
     def error(self, message: str) -> None:
         """Print a line."""
-        print(f"warp: {message}", file=sys.stderr)
+        note(f"warp: {message}\n")
 
 
 @contextmanager

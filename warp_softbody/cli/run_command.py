@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.arguments import key_value, number, whole
 from warp_softbody.cli.engine import warp_engine
-from warp_softbody.cli.interruption import Interruption
+from warp_softbody.cli.interruption import Interrupted, Interruption, exit_code
+from warp_softbody.cli.output import say
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.tune_command import share
 from warp_softbody.cli.tuned_options import tuned_engine, tuned_plan
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from warp_softbody.cli.recorder import Recorder
     from warp_softbody.scenes import ScenePlan
     from warp_softbody.simulation import Simulation
-
-INTERRUPTED = 130
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -118,11 +117,19 @@ def run(args: argparse.Namespace) -> int:
         warp_engine(args.device, progress.compiling),
     ):
         simulation = _simulation(args, plan, method)
-        failure = _record(simulation, args.seconds, recorder, interruption, progress)
+        try:
+            failure = _record(simulation, args.seconds, recorder, interruption, progress)
+        except Interrupted as interrupted:
+            if args.out is not None and recorder.has_frames:
+                interrupted.left = (
+                    f" before {str(args.out)!r} was whole; `warp-softbody recover` makes a stage "
+                    "of the frames that were kept"
+                )
+            raise
     _report(args, simulation, plan, method, recorder)
     if failure is not None:
         raise failure
-    return INTERRUPTED if interruption.asked else 0
+    return exit_code(interruption.number) if interruption.asked else 0
 
 
 def _planned(args: argparse.Namespace) -> tuple[ScenePlan, str]:
@@ -244,6 +251,6 @@ def _report(
         "tuned": args.tuned,
     }
     if args.json:
-        print(as_json(summary, more))
+        say(as_json(summary, more))
     elif not args.quiet:
-        print(as_text(summary, more, asked_time_step=args.time_step))
+        say(as_text(summary, more, asked_time_step=args.time_step))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from warp_softbody.cli.arguments import key_value, unique
 from warp_softbody.cli.chart_command import FOLDER, add_sweep_options, charted, sweep_workers
+from warp_softbody.cli.output import say
 from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
@@ -97,9 +98,9 @@ def run(args: argparse.Namespace) -> int:
     path = args.out or own_file()
     save(tuned, path)
     if args.json:
-        print(json.dumps({**tuned.to_dict(), "stored": str(path)}))
+        say(json.dumps({**tuned.to_dict(), "stored": str(path)}))
     else:
-        print("\n".join(told(tuned, path)))
+        say("\n".join(told(tuned, path)))
     return 0
 
 
