@@ -39,7 +39,7 @@ def exit_code(number: int) -> int:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Inside the body all these signals raise `Interrupted`, unless they are ignored (`nohup`)."""
+    """Inside the body all these signals raise `Interrupted`, unless `nohup` ignores them."""
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         raise Interrupted(number)
@@ -94,11 +94,15 @@ def _handled_by(handler: Handler) -> Iterator[None]:
     # Python lets only the main thread listen for signals.
     if threading.current_thread() is threading.main_thread():
         numbers = [getattr(signal, name) for name in LISTENED if hasattr(signal, name)]
-        # None is a handler that Python did not set
-        listened = [n for n in numbers if signal.getsignal(n) not in (signal.SIG_IGN, None)]
-        before = {number: signal.signal(number, handler) for number in listened}
+        before = {n: signal.signal(n, handler) for n in numbers if _is_open(n)}
     try:
         yield
     finally:
         for number, former in before.items():
             signal.signal(number, former)
+
+
+def _is_open(number: int) -> bool:
+    """Whether a signal may be listened for: not what `nohup` ignores or other code handles."""
+    former = signal.getsignal(number)
+    return former is not None and (former is not signal.SIG_IGN or number == signal.SIGINT)

@@ -45,8 +45,8 @@ def begin() -> None:
         try:
             os.fstat(number)
         except OSError:
-            # opened for reading: what is written there fails, as on a closed stream
-            os.open(os.devnull, os.O_RDONLY)
+            # opened for reading, standard output fails as a closed stream does
+            os.open(os.devnull, os.O_RDWR if name == "stderr" else os.O_RDONLY)
             if number and getattr(sys, name) is None:
                 stream = os.fdopen(number, "w", closefd=False, errors="backslashreplace")
                 setattr(sys, name, stream)
@@ -64,6 +64,10 @@ def finish(code: int) -> int:
         sys.stdout.flush()
     except (OSError, ValueError) as error:
         _lost.append(error)
+    try:
+        sys.stderr.flush()
+    except (OSError, ValueError):
+        _drop(sys.stderr)
     if not _lost:
         return code
     error = _lost[0]
