@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import tempfile
@@ -62,6 +63,29 @@ def require_writable(folder: Path) -> None:
         (made / "probe").write_bytes(b"probe")
     finally:
         shutil.rmtree(made, ignore_errors=True)
+
+
+def require_makeable(folder: Path) -> None:
+    """Try whether a folder can be written in, or made; nothing of it is made.
+
+    Raises:
+        OSError: it cannot.
+    """
+    while not os.path.lexists(folder) and folder != folder.parent:
+        folder = folder.parent
+    require_writable(folder)
+
+
+@contextmanager
+def folder_lock(folder: Path) -> Iterator[None]:
+    """Let one process at a time read and replace a file of a folder, where there are locks."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        with suppress(OSError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def sync(path: Path) -> None:

@@ -69,11 +69,13 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: the sentence for the user.
     """
+    from warp_softbody.accuracy.files import require_folder
     from warp_softbody.accuracy.peers import require_peers
     from warp_softbody.accuracy.picture import require_matplotlib
 
     cases = _cases(args.scene)
     require_matplotlib()
+    require_folder(args.out)
     if args.peers:
         require_peers()
     told: list[dict[str, Any]] = []
