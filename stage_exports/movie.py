@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack, suppress
+from importlib import import_module
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -153,10 +154,9 @@ def _check(path: Path, count: int) -> None:
     """
     if path.suffix.lower() != ".mp4":
         return
-    import imageio_ffmpeg
-
+    encoder = import_module("imageio_ffmpeg")
     try:
-        found, _ = imageio_ffmpeg.count_frames_and_secs(path)
+        found, _ = encoder.count_frames_and_secs(path)
     except RuntimeError as error:
         raise OSError("the encoder left a file that cannot be read; is the disk full?") from error
     if found < count:

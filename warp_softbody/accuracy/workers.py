@@ -44,9 +44,11 @@ def workers(count: int, dask: str | None = None) -> Iterator[Executor]:
     others = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
     with _one_thread_each():
-        processes = _Processes(
-            count, mp_context=context, initializer=_begin, initargs=(os.getpid(),)
-        )
+        # multiprocessing's own helper is started here
+        with _signals_wait():
+            processes = _Processes(
+                count, mp_context=context, initializer=_begin, initargs=(os.getpid(),)
+            )
         try:
             yield processes
         except BaseException:
@@ -63,15 +65,22 @@ def cores() -> int:
 
 
 class _Processes(ProcessPoolExecutor):
-    """Processes that never see the Ctrl-C of their terminal, not even while they start."""
+    """Processes that never see what their terminal sends, not even while they start."""
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Start processes with the signal blocked, which they inherit; here it only waits."""
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
+        """Start processes where none are yet."""
+        with _signals_wait():
             return super().submit(fn, *args, **kwargs)
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _signals_wait() -> Iterator[None]:
+    """Ctrl-C and the end of the terminal wait; processes that are started inherit that."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

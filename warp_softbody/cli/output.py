@@ -70,11 +70,11 @@ def finish(code: int) -> int:
         _drop(sys.stderr)
     if not _lost:
         return code
-    error = _lost[0]
+    first = _lost[0]
     _drop(sys.stdout)
-    if isinstance(error, BrokenPipeError):
+    if isinstance(first, BrokenPipeError):
         return code or BROKEN_PIPE
-    cause = error.strerror if isinstance(error, OSError) else str(error)
+    cause = first.strerror if isinstance(first, OSError) else str(first)
     complain(f"standard output could not be written: {cause}")
     return code or FAILED
 
