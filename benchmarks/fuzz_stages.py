@@ -28,7 +28,7 @@ from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
 from warp_softbody.stage_exports import StageWriter, draw_take, measure, recover, validate
 from warp_softbody.stage_exports.reader import read_takes
 
-LONGEST = 30.0
+LONGEST = 60.0
 """s that all readers together may take for one file."""
 
 FRAMES = 4

@@ -29,7 +29,7 @@ TASKS = {
 }
 """Functions and their modules in this package; they take and return plain values and arrays."""
 
-SECONDS, SECONDS_A_BYTE = 8.0, 2e-7
+SECONDS, SECONDS_A_BYTE = 5.0, 2e-7
 """CPU time that a file may take."""
 WAIT = 4.0
 """Times the CPU time that is waited, on a machine with other work."""

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack, suppress
-from importlib import import_module
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import numpy.typing as npt
 
-from warp_softbody.errors import InputError, MissingExtraError, OutputError
+from warp_softbody.errors import InputError, OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.replacing import replacing
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
 from warp_softbody.stage_exports.conventions import checked_target
-from warp_softbody.stage_exports.picture import Size, checked_aspect, imageio
+from warp_softbody.stage_exports.encoders import Encoder, check_movie, open_encoder
+from warp_softbody.stage_exports.picture import Size, checked_aspect
 from warp_softbody.stage_exports.render import Renderer
 from warp_softbody.stage_exports.subject import Pose, Subject
 
@@ -63,7 +62,7 @@ class Movie:
         self._fps = float(fps)
         self._file = ExitStack()
         self._path = self._target
-        self._writer: Any = None
+        self._writer: Encoder | None = None
         self._count = 0
         self._closed = False
 
@@ -79,7 +78,7 @@ class Movie:
         try:
             if self._writer is None:
                 self._path = self._file.enter_context(replacing(self._target))
-                self._writer = _open_writer(self._path, self._fps)
+                self._writer = open_encoder(self._path, self._fps)
             self._writer.append_data(image)
             self._count += 1
         except OSError as error:
@@ -100,7 +99,7 @@ class Movie:
         try:
             with self._file:
                 self._writer.close()
-                _check(self._path, self._count)
+                check_movie(self._path, self._count)
         except OSError as error:
             raise self._unwritten(error) from error
 
@@ -128,36 +127,3 @@ class Movie:
     ) -> None:
         """Keep the frames so far, whatever ended the body."""
         self.close()
-
-
-def _open_writer(path: Path, fps: float) -> Any:
-    """An encoder that takes frames one by one, so that a long movie needs no more memory."""
-    if path.suffix.lower() == ".gif":
-        return imageio().get_writer(path, mode="I", duration=1000.0 / fps, loop=0)
-    try:
-        # Without the whole-macroblock rule of old players the movie keeps the size asked for.
-        return imageio().get_writer(
-            path, format="FFMPEG", mode="I", fps=fps, quality=8, macro_block_size=2
-        )
-    except ImportError as error:
-        raise MissingExtraError(
-            "an .mp4 needs imageio-ffmpeg, which is not installed: "
-            "pip install 'warp-softbody[view]'"
-        ) from error
-
-
-def _check(path: Path, count: int) -> None:
-    """Read a finished .mp4 again: its encoder does not say that it had no room.
-
-    Raises:
-        OSError: it cannot be read, or holds fewer frames than were drawn.
-    """
-    if path.suffix.lower() != ".mp4":
-        return
-    encoder = import_module("imageio_ffmpeg")
-    try:
-        found, _ = encoder.count_frames_and_secs(path)
-    except RuntimeError as error:
-        raise OSError("the encoder left a file that cannot be read; is the disk full?") from error
-    if found < count:
-        raise OSError(f"the encoder kept {found} of {count} frames; is the disk full?")

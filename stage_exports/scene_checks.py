@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Tf
+from pxr import Sdf, Tf
 
 from warp_softbody.character import Character
 from warp_softbody.errors import InputError, OutputError
@@ -70,9 +70,9 @@ def checked_metadata(metadata: Mapping[str, str | float]) -> dict[str, str | flo
 
 def _check_character(character: Character) -> None:
     name = character.name
-    if len(name) > LONGEST or not _is_text(name):
+    if len(name) > LONGEST or not _is_text(name) or not Sdf.Path.IsValidIdentifier(name):
         raise InputError(
-            f"a character's name must be UTF-8 and have at most {LONGEST} characters, "
+            f"a character's name must be an identifier of at most {LONGEST} characters, "
             f"got {name[:40]!r} with {len(name)}"
         )
     character_path(name)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.errors import MeshError, OutputError
+from warp_softbody.replacing import replacing
 
 WRITABLE = (".vtu", ".vtk", ".msh", ".mesh", ".inp")
 """Extensions of one-file formats that keep double precision."""
@@ -86,7 +87,7 @@ def check_writable(path: Path) -> None:
 
 
 def write_tets(path: Path, points: npt.NDArray[np.float64], tets: npt.NDArray[np.int32]) -> None:
-    """Write a tet file under a temporary name, then rename it.
+    """Write a tet file, in one step.
 
     Raises:
         OutputError: unknown extension, or the file cannot be written; nothing is left behind.
@@ -94,13 +95,8 @@ def write_tets(path: Path, points: npt.NDArray[np.float64], tets: npt.NDArray[np
     import meshio
 
     check_writable(path)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
     try:
-        with _quiet():
-            meshio.Mesh(points, [("tetra", tets)]).write(partial)
-        os.replace(partial, path)
+        with replacing(path) as beside, _quiet():
+            meshio.Mesh(points, [("tetra", tets)]).write(beside)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
