@@ -50,8 +50,8 @@ def cluster(address: str) -> Iterator[Executor]:
                 f"a Dask worker at {address!r} has {max(threads)} threads; start workers with "
                 "--nthreads 1, so that the CPU time of a process is that of one run"
             )
-        with Watched(client.get_executor(pure=False), lambda: len(_workers(client))) as executor:
-            executor.address = address
+        made = client.get_executor(pure=False)
+        with Watched(made, lambda: len(_workers(client)), address) as executor:
             yield executor
 
 
@@ -70,14 +70,15 @@ def _quiet() -> Iterator[None]:
 class Watched(Executor):
     """An executor whose runs fail once there has been nobody to make them for some time."""
 
-    def __init__(self, inner: Executor, count: Callable[[], int]) -> None:
+    def __init__(self, inner: Executor, count: Callable[[], int], address: str) -> None:
         """Watch from the first run on.
 
         Args:
             inner: makes the runs.
             count: how many workers there are; it may fail where nobody can tell.
+            address: of the cluster, for the sentence.
         """
-        self.address = ""
+        self._address = address
         self._inner = inner
         self._count = count
         self._open: set[Future[Any]] = set()
@@ -132,7 +133,7 @@ class Watched(Executor):
         with suppress(InvalidStateError):
             future.set_exception(
                 SoftBodyError(
-                    f"the Dask cluster at {self.address!r} has lost its scheduler or its last "
+                    f"the Dask cluster at {self._address!r} has lost its scheduler or its last "
                     "worker; finished runs are kept in the journal"
                 )
             )
