@@ -35,9 +35,10 @@ def test_what_is_no_frame_of_the_scene_is_refused(
     first, frame = make_frames(scene, 2)
     one = np.zeros((1, 3))
     wrong = ContactSample(points=one, modes=np.array([7]), forces=one)
-    halves = ContactSample(points=one, modes=np.array([1.5]), forces=one)  # type: ignore[arg-type]
+    halves = ContactSample(points=one, modes=np.array([1.5]), forces=one)
     with StageWriter(tmp_path / "strict.usdc", scene) as stage:
         stage.write(first)
+        given: Any
         for given, sentence in (
             ("frame", "a stage is made of Frames, got str"),
             (replace(frame, time=math.nan), "time must be a finite number, got nan"),
