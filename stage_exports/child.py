@@ -9,7 +9,11 @@ import resource
 import sys
 
 from warp_softbody.errors import InputError
+from warp_softbody.stage_exports import watchdog
 from warp_softbody.stage_exports.isolation import guarded
+
+HANDING_OVER = 600.0
+"""s for the parent to take the answer."""
 
 
 def main(order: str) -> None:
@@ -18,8 +22,7 @@ def main(order: str) -> None:
     # libraries print; only the answer may reach the parent
     os.dup2(2, 1)
     wanted = json.loads(order)
-    seconds = int(wanted["seconds"]) + 1
-    _limit(resource.RLIMIT_CPU, seconds)
+    watchdog.start(wanted["seconds"])
     _limit(resource.RLIMIT_AS, wanted["memory"])
     _limit(resource.RLIMIT_CORE, 0)
     try:
@@ -28,6 +31,7 @@ def main(order: str) -> None:
         result = "refused", str(error)
     except OSError as error:
         result = "failed", error.strerror or str(error)
+    watchdog.start(HANDING_OVER)
     with os.fdopen(answer, "wb") as stream:
         pickle.dump(result, stream, protocol=pickle.HIGHEST_PROTOCOL)
     # what USD still holds of a damaged file need not be taken down

@@ -154,7 +154,7 @@ def recovered(path: str | Path) -> tuple[Path, int]:
     try:
         chosen = next((one for one in claims if closed_chunks(one.folder)), None)
         if chosen is None:
-            raise OutputError(_nothing(target))
+            raise OutputError(_nothing(target, claims))
         try:
             frames = _merged(chosen.folder, target, trusted=False)
         except (OSError, InputError) as error:
@@ -175,17 +175,17 @@ def _stored(layer: Any, path: Path) -> None:
 
 
 def _merged(folder: Path, target: Path, *, trusted: bool) -> int:
-    """Make one file of all chunks of a folder; returns the number of its frames."""
+    """Make one file of all chunks of a folder, in that folder first; returns its frames' number."""
     size = sum(chunk.stat().st_size for chunk in folder.glob("*.usdc"))
-    with USD, replacing(target) as path:
+    with USD, replacing(target, within=folder) as path:
         frames: int = apart("merge", folder, str(path), size=size, trusted=trusted)
     if trusted:
         mark_own(target)
     return frames
 
 
-def _nothing(target: Path) -> str:
-    if any(folders_of(target)):
+def _nothing(target: Path, free: list[Claim]) -> str:
+    if set(folders_of(target)) - {one.folder for one in free}:
         return f"{str(target)!r} is still being written; recover it once that has ended"
     return f"nothing to recover for {str(target)!r}: no chunks stand beside it"
 

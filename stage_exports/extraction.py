@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pxr import Sdf, Tf, Usd
 
 from warp_softbody.errors import InputError
-from warp_softbody.stage_exports import conventions
+from warp_softbody.stage_exports import conventions, watchdog
 
 Array = npt.NDArray[Any]
 GROUND_NUMBERS = (
@@ -146,6 +146,7 @@ def _body(body: Any, path: str) -> StoredBody:
 
 def _value(prim: Any, name: str, code: float | None = None) -> Array:
     """A copy of a value; what USD hands out may be a view of the file."""
+    watchdog.feed()
     attribute = prim.GetAttribute(name)
     value = attribute.Get() if code is None else attribute.Get(code)
     if value is None:

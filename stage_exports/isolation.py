@@ -20,6 +20,7 @@ from typing import Any
 
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.stage_files import is_own
+from warp_softbody.stage_exports.watchdog import ENDINGS
 
 TASKS = {
     "extract": "extraction",
@@ -30,10 +31,8 @@ TASKS = {
 """Functions and their modules in this package; they take and return plain values and arrays."""
 
 SECONDS, SECONDS_A_BYTE = 5.0, 2e-7
-"""CPU time that a file may take."""
-WAIT = 4.0
-"""Times the CPU time that is waited, on a machine with other work."""
-MEMORY, MEMORY_A_BYTE = 4 << 30, 40
+"""CPU time without progress (`watchdog.py`)."""
+MEMORY, MEMORY_A_BYTE = 8 << 30, 40
 """Bytes of address space."""
 
 
@@ -53,7 +52,9 @@ def apart(
         InputError: what the task refuses, or that the file ends or keeps the process that reads it.
         OSError: what the task writes could not be written.
     """
-    if trusted or is_own(Path(file)):
+    if not isinstance(file, str | Path):
+        raise InputError(f"a path must be text or a Path, got {file!r}")
+    if trusted or is_own(Path(file)) or not Path(file).exists():
         return guarded(task, str(file), *arguments)
     size = size or _size(Path(file))
     limits = {
@@ -61,7 +62,7 @@ def apart(
         "memory": int(MEMORY + MEMORY_A_BYTE * size),
     }
     order = json.dumps({"task": task, "arguments": [os.fspath(file), *arguments], **limits})
-    code, answer = _run(order, WAIT * limits["seconds"])
+    code, answer = _run(order)
     if code != 0 or not answer:
         raise InputError(f"{str(file)!r} cannot be read: {_ending(code)}")
     ending, result = pickle.loads(answer)
@@ -100,8 +101,8 @@ def _function(task: str) -> Callable[..., Any]:
     return found
 
 
-def _run(order: str, timeout: float) -> tuple[int | None, bytes]:
-    """Exit status and answer of a child; None where it took too long. It is gone afterwards."""
+def _run(order: str) -> tuple[int, bytes]:
+    """Exit status and answer of a child, which is gone afterwards."""
     paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
     process = subprocess.Popen(
         [sys.executable, "-m", "warp_softbody.stage_exports.child", order],
@@ -111,17 +112,15 @@ def _run(order: str, timeout: float) -> tuple[int | None, bytes]:
         stderr=subprocess.DEVNULL,
     )
     try:
-        answer, _ = process.communicate(timeout=timeout)
-    except subprocess.TimeoutExpired:
-        return None, b""
+        answer, _ = process.communicate()
     finally:
         process.kill()
         process.wait()
     return process.returncode, answer
 
 
-def _ending(code: int | None) -> str:
-    if code is None or code in (-signal.SIGXCPU, -signal.SIGKILL):
+def _ending(code: int) -> str:
+    if -code in ENDINGS:
         return "reading it takes longer than a file of its size may"
     if code < 0:
         return f"it is damaged so that USD ends with {signal.Signals(-code).name}"

@@ -8,6 +8,7 @@ from typing import Any
 from pxr import Sdf, Tf, UsdUtils
 
 from warp_softbody.errors import InputError
+from warp_softbody.stage_exports import watchdog
 
 STATIC = "static.usdc"
 
@@ -35,7 +36,9 @@ def merge(folder: str, target: str) -> int:
     merged.TransferContent(_opened(Path(folder) / STATIC))
     layers = [_opened(chunk) for chunk in closed_chunks(Path(folder))]
     for layer in layers:
+        watchdog.feed()
         UsdUtils.StitchLayers(merged, layer)
+    watchdog.feed()
     merged.startTimeCode = layers[0].startTimeCode
     merged.endTimeCode = layers[-1].endTimeCode
     export(merged, target)

@@ -10,7 +10,7 @@ import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdValidation
 
 from warp_softbody.errors import InputError
-from warp_softbody.stage_exports import conventions, values
+from warp_softbody.stage_exports import conventions, values, watchdog
 from warp_softbody.stage_exports.extraction import body_prims, open_stage
 from warp_softbody.stage_exports.isolation import apart
 from warp_softbody.stage_exports.merging import reason
@@ -96,6 +96,7 @@ def _frozen(body: Any) -> list[str]:
     """Which of a body's skin and tets are the same in every frame."""
     names = []
     for name in (conventions.SKIN, conventions.TETS):
+        watchdog.feed()
         points = body.GetChild(name).GetAttribute("points")
         codes = points.GetTimeSamples()
         first = points.Get(codes[0]) if codes else None
@@ -121,6 +122,7 @@ def _check_geometry(prim: Any) -> Iterator[str]:
 
 
 def _check_sample(prim: Any, code: Any) -> Iterator[str]:
+    watchdog.feed()
     place = f"{prim.GetPath()} at {code}"
     points = prim.GetAttribute("points").Get(code)
     if not np.isfinite(np.asarray(points)).all():

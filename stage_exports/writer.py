@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from threading import RLock
 from types import TracebackType
+from typing import Any
 
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.frame import Frame
@@ -64,7 +65,7 @@ class StageWriter:
         self._path = checked_target(path, extensions=EXTENSIONS, overwrite=overwrite)
         self._bodies = staged_bodies(scene)
         self._chunk_frames = chunk_frames
-        self._static = checked_static_layer(
+        self._static: Any = checked_static_layer(
             scene, self._bodies, self._fps, checked_metadata(metadata or {}), self._path.parent
         )
         self._chunks = ChunkFolder(self._path)
@@ -146,3 +147,4 @@ class StageWriter:
             samples = sample_layer(self._bodies, self._pending)
         self._chunks.add(self._stored, samples)
         self._stored, self._pending = self._stored + len(self._pending), []
+        self._static = None

@@ -15,18 +15,18 @@ PREFIX = ".warp-softbody-"
 
 
 @contextmanager
-def replacing(target: Path) -> Iterator[Path]:
+def replacing(target: Path, *, within: Path | None = None) -> Iterator[Path]:
     """A path to write to, which becomes ``target`` in one step when the body ends well.
 
-    It lies in a new folder beside the target that only the owner may enter, under a name that
-    nobody can foresee: no link can be put in its way, and what a library leaves beside its output
-    goes with the folder. The contents are on the disk before the name is. After an exception or
-    Ctrl-C the older file is as it was and nothing is left behind.
+    It lies in a new folder beside the target, or ``within`` another one on its disk, that only the
+    owner may enter, under a name that nobody can foresee: no link can be put in its way, and what a
+    library leaves beside its output goes with the folder. The contents are on the disk before the
+    name is. After an exception or Ctrl-C the older file is as it was and nothing is left behind.
 
     Raises:
         OSError: the folder cannot be written in, or the disk is full.
     """
-    folder = private_folder(target.parent)
+    folder = private_folder(target.parent if within is None else within)
     try:
         path = folder / f"new{target.suffix}"
         yield path

@@ -101,7 +101,7 @@ class Watched(Executor):
         """Stop watching; runs that are left are given up."""
         self._ended.set()
         with suppress(Exception):
-            self._inner.shutdown(wait=False, cancel_futures=True)
+            self._inner.shutdown(wait=False)
 
     def _pass_on(self, made: Future[T], future: Future[T]) -> None:
         self._open.discard(future)
