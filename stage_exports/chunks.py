@@ -41,14 +41,19 @@ class ChunkFolder:
         target: the file that the chunks become.
     """
 
-    def __init__(self, target: Path) -> None:
-        """Touch nothing yet, but note what stands at the target.
+    def __init__(self, target: Path, *, overwrite: bool = True) -> None:
+        """Touch nothing yet.
+
+        Args:
+            target: the file that the chunks become.
+            overwrite: whether a file may stand there that is written before this take begins.
 
         Raises:
             OutputError: another process writes it.
         """
         self.target = target
         self._claim: Claim | None = None
+        self._overwrite = overwrite
         self._before = identity(target)
         with self._one_sentence(), suppress(FileNotFoundError):
             # where the longest name made beside it is too long, this says so
@@ -66,6 +71,8 @@ class ChunkFolder:
         with self._one_sentence():
             self._claim = claim(self.target)
         weakref.finalize(self, _abandon, self._claim)
+        if self._overwrite:
+            self._before = identity(self.target)
         self._require_alone(self._claim)
 
     def start(self, static: Any) -> None:

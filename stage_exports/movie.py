@@ -84,6 +84,10 @@ class Movie:
         except OSError as error:
             self._give_up(error)
             raise self._unwritten(error) from error
+        except BaseException as error:
+            # the encoder was broken off in the middle of a frame
+            self._give_up(error)
+            raise
 
     def close(self) -> None:
         """Finish the file; harmless when closed already or without a frame.
@@ -103,10 +107,10 @@ class Movie:
         except OSError as error:
             raise self._unwritten(error) from error
 
-    def _give_up(self, error: OSError) -> None:
+    def _give_up(self, error: BaseException) -> None:
         """End the encoder and remove what it wrote."""
         self._closed = True
-        with suppress(OSError), self._file:
+        with suppress(BaseException), self._file:
             if self._writer is not None:
                 self._writer.close()
             raise error

@@ -68,7 +68,7 @@ class StageWriter:
         self._static: Any = checked_static_layer(
             scene, self._bodies, self._fps, checked_metadata(metadata or {}), self._path.parent
         )
-        self._chunks = ChunkFolder(self._path)
+        self._chunks = ChunkFolder(self._path, overwrite=overwrite)
         self._pending: list[TimedFrame] = []
         self._stored = 0
         self._last_time_code = -math.inf

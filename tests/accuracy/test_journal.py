@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -166,6 +167,19 @@ def test_an_array_is_on_the_disk_before_its_line(
     monkeypatch.setattr(Journal, "_append", first_look)
     Journal(tmp_path, "cantilever").add(JOBS[0], outcome(1.0))
     assert order == [f"{JOBS[0].key}.npy"]
+
+
+def test_a_full_disk_is_one_sentence(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was written of the line is passed over, and the next one has a line of its own."""
+    write = os.write
+    journal = Journal(folder, "cantilever")
+    monkeypatch.setattr(os, "write", lambda file, line: write(file, line[:50]))
+    with pytest.raises(OutputError, match="the disk is full"):
+        journal.add(job(1.0 / 240.0), outcome(4.0))
+    monkeypatch.undo()
+    assert len(kept(folder)) == 3
+    journal.add(job(1.0 / 240.0), outcome(4.0))
+    assert len(kept(folder)) == 4
 
 
 def test_a_journal_that_cannot_be_kept_is_refused_at_once(tmp_path: Path) -> None:

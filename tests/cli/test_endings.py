@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from warp_softbody.cli.interruption import Interrupted, Interruption, interruptible
+from warp_softbody.cli.interruption import Interrupted, Interruption, held_back, interruptible
 from warp_softbody.stage_exports import read_take, validate
 from warp_softbody.stepper import Stepper
 
@@ -88,6 +88,19 @@ def test_a_second_interrupt_does_not_wait() -> None:
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_signals_wait_while_they_would_be_swallowed() -> None:
+    done = []
+    with interruptible(), pytest.raises(Interrupted):
+        with held_back():
+            with held_back():
+                signal.raise_signal(signal.SIGTERM)
+            done.append("inner")
+        done.append("outer")
+    assert done == ["inner"]
+    with interruptible(), held_back():
+        pass
 
 
 def test_frames_before_a_number_that_is_not_finite_are_kept(

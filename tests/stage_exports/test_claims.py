@@ -118,6 +118,23 @@ def test_two_writers_of_one_path_do_not_mix(scene: Scene, make_frames: Any, tmp_
     assert names(tmp_path) == ["twice.usdc"]
 
 
+def test_a_take_that_begins_after_another_has_ended_replaces_it(
+    scene: Scene, make_frames: Any, tmp_path: Path
+) -> None:
+    """Whenever its writer was made; unless it may not overwrite."""
+    path = tmp_path / "next.usdc"
+    later, careful = StageWriter(path, scene), StageWriter(path, scene, overwrite=False)
+    for writer, count in ((StageWriter(path, scene), 3), (later, 5), (careful, 2)):
+        for frame in make_frames(scene, count):
+            writer.write(frame)
+        if writer is careful:
+            with pytest.raises(OutputError, match="another was written there"):
+                writer.close()
+        else:
+            writer.close()
+    assert len(read_take(path)) == 5
+
+
 def test_a_live_take_is_not_recovered(scene: Scene, make_frames: Any, tmp_path: Path) -> None:
     path = tmp_path / "live.usdc"
     with StageWriter(path, scene, chunk_frames=2) as stage:

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from warp_softbody.errors import OutputError
+from warp_softbody.replacing import replace_text
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
 
@@ -43,6 +44,13 @@ def stage(path: Path, scene: Scene, frames: Any) -> None:
             file.write(frame)
 
 
+def text(path: Path, scene: Scene, frames: Any) -> None:
+    try:
+        replace_text(path, "a" * 5000)
+    except OSError as error:
+        raise OutputError("written") from error
+
+
 def picture(path: Path, scene: Scene, frames: Any) -> None:
     draw_picture(path, scene, next(frames), size=(320, 240))
 
@@ -55,6 +63,7 @@ def picture(path: Path, scene: Scene, frames: Any) -> None:
         ("a.png", picture),
         ("a.usdc", stage),
         ("a.usda", stage),
+        ("a.json", text),
     ],
 )
 def test_a_file_that_does_not_fit(

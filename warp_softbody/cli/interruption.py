@@ -40,12 +40,40 @@ def exit_code(number: int) -> int:
 @contextmanager
 def interruptible() -> Iterator[None]:
     """Inside the body all these signals raise `Interrupted`, unless `nohup` ignores them."""
+    with _handled_by(_interrupt):
+        yield
 
-    def interrupt(number: int, frame: FrameType | None) -> None:
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    if _Held.depth:
+        _Held.number = number
+    else:
         raise Interrupted(number)
 
-    with _handled_by(interrupt):
+
+class _Held:
+    """Signals that wait.
+
+    Attributes:
+        depth: of `held_back` bodies.
+        number: of the signal that came meanwhile, or 0.
+    """
+
+    depth = 0
+    number = 0
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Let signals wait for the end of the body: USD swallows exceptions while it is imported."""
+    _Held.depth += 1
+    try:
         yield
+    finally:
+        _Held.depth -= 1
+    if not _Held.depth and _Held.number:
+        number, _Held.number = _Held.number, 0
+        raise Interrupted(number)
 
 
 class Interruption:

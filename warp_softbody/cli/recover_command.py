@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from warp_softbody.cli.interruption import held_back
 from warp_softbody.cli.output import say
 
 
@@ -30,7 +31,8 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: nothing was left, a chunk is damaged, or the stage cannot be written.
     """
-    from warp_softbody.stage_exports.chunks import recovered
+    with held_back():
+        from warp_softbody.stage_exports.chunks import recovered
 
     path, frames = recovered(args.stage)
     if args.json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.arguments import key_value, number, whole
 from warp_softbody.cli.engine import warp_engine
-from warp_softbody.cli.interruption import Interrupted, Interruption, exit_code
+from warp_softbody.cli.interruption import Interrupted, Interruption, exit_code, held_back
 from warp_softbody.cli.output import say
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.tune_command import share
@@ -150,7 +150,8 @@ def _planned(args: argparse.Namespace) -> tuple[ScenePlan, str]:
 
 
 def _recorder(args: argparse.Namespace, plan: ScenePlan, method: str) -> Recorder:
-    from warp_softbody.cli.recorder import Recorder
+    with held_back():
+        from warp_softbody.cli.recorder import Recorder
 
     return Recorder(
         plan.scene,
@@ -207,6 +208,7 @@ def _record(
     with recorder:
         try:
             for frame in simulation.run(seconds):
+                interruption.patient = True
                 recorder.write(frame)
                 simulation.count_export(recorder.last_seconds)
                 progress.reached(frame.time)
