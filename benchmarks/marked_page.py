@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from warp_softbody.replacing import replace_text
+
 
 def put(page: Path, begin: str, end: str, text: str) -> None:
     """Put a text between the marks of a page, in place of what is there.
@@ -15,7 +17,7 @@ def put(page: Path, begin: str, end: str, text: str) -> None:
     _, closed, after = rest.partition(end)
     if not (found and closed):
         raise ValueError(f"the page has no lines {begin!r} and {end!r}")
-    page.write_text(f"{before}{begin}\n\n{text}\n\n{end}{after}", encoding="utf-8")
+    replace_text(page, f"{before}{begin}\n\n{text}\n\n{end}{after}")
 
 
 def rows(cells: list[list[str]]) -> str:

@@ -25,6 +25,7 @@ from benchmarks.search_gains_measures import Record
 from warp_softbody import scenes
 from warp_softbody.controllers.driver import Method
 from warp_softbody.errors import NotFiniteError
+from warp_softbody.replacing import replacing
 from warp_softbody.simulation import Simulation
 
 FPS = 60.0
@@ -151,7 +152,7 @@ def write(path: Path, draws: Sequence[Draw]) -> None:
     rows = [
         {"number": draw.number, "cost": draw.cost, **draw.gains, **draw.measures} for draw in draws
     ]
-    with path.open("w", newline="") as file:
+    with replacing(path) as new, new.open("w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)

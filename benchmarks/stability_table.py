@@ -7,6 +7,7 @@ from pathlib import Path
 
 from benchmarks.stability_outcomes import CONFIGURATIONS, Outcome, everything
 from benchmarks.stability_peers import PEERS, peers
+from warp_softbody.replacing import replace_text
 
 BEGIN = "<!-- written by python -m benchmarks.stability, from here -->"
 END = "<!-- to here -->"
@@ -122,4 +123,4 @@ def replaced(page: str, table: str) -> str:
 def write(path: Path, outcomes: Sequence[Outcome]) -> None:
     """Put the tables into a page."""
     page = path.read_text(encoding="utf-8")
-    path.write_text(replaced(page, markdown(outcomes)), encoding="utf-8")
+    replace_text(path, replaced(page, markdown(outcomes)))

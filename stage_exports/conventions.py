@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import numpy.typing as npt
 
 from warp_softbody import input_kinds
 from warp_softbody.errors import InputError, OutputError
+from warp_softbody.replacing import require_writable
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -63,27 +66,51 @@ def checked_target(
     given = input_kinds.path("path of a file to write", path)
     try:
         target = given.expanduser().absolute()
-    except RuntimeError as error:
-        raise OutputError(f"cannot write {str(path)!r}: {error}") from error
-    if target.suffix.lower() not in extensions:
-        known = ", ".join(extensions)
-        raise OutputError(f"cannot write {str(path)!r}: the file name must end in one of {known}")
-    if target.is_dir():
-        raise OutputError(f"cannot write {str(path)!r}: it is a folder")
-    if not target.parent.is_dir():
-        raise OutputError(f"cannot write {str(path)!r}: there is no folder {str(target.parent)!r}")
-    if target.exists() and not overwrite:
-        raise OutputError(f"cannot write {str(path)!r}: it exists and overwrite is off")
-    _require_writable(target.parent)
+        _check_name(target, extensions)
+        _check_place(target, overwrite=overwrite)
+        _check_folder(target.parent)
+    except OutputError:
+        raise
+    except _Refused as error:
+        raise OutputError(f"cannot write {str(path)!r}: {error}") from None
+    except (OSError, ValueError, RuntimeError) as error:
+        cause = error.strerror if isinstance(error, OSError) else error
+        raise OutputError(f"cannot write {str(path)!r}: {cause or error}") from error
     return target
 
 
-def _require_writable(folder: Path) -> None:
-    """Try it: permission bits say little for root, on read-only mounts and in virtual folders."""
-    probe = folder / ".warp_softbody_probe"
+class _Refused(Exception):
+    """Why a target is none, as the end of a sentence."""
+
+
+def _check_name(target: Path, extensions: tuple[str, ...]) -> None:
+    if target.suffix.lower() not in extensions:
+        raise _Refused(f"the file name must end in one of {', '.join(extensions)}")
     try:
-        probe.touch()
-        probe.unlink()
+        str(target).encode()
+    except UnicodeEncodeError:
+        raise _Refused("the name is not UTF-8") from None
+    if "\0" in str(target):
+        raise _Refused("the name holds a null character")
+
+
+def _check_place(target: Path, *, overwrite: bool) -> None:
+    # where the name is too long, this says so
+    with suppress(FileNotFoundError, NotADirectoryError):
+        os.lstat(target)
+    if target.is_dir():
+        raise _Refused("it is a folder")
+    if not target.parent.is_dir():
+        raise _Refused(f"there is no folder {str(target.parent)!r}")
+    if target.exists() and not target.is_file():
+        raise _Refused("it is not a regular file")
+    if target.exists() and not overwrite:
+        raise _Refused("it exists and overwrite is off")
+
+
+def _check_folder(folder: Path) -> None:
+    try:
+        require_writable(folder)
     except OSError as error:
         raise OutputError(
             f"cannot write in the folder {str(folder)!r}: {error.strerror or error}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from warp_softbody.ground_triangles import TriangleGround
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import conventions, palette, values
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
+from warp_softbody.stage_exports.stored_arrays import indices
 
 _TYPES = Sdf.ValueTypeNames
 
@@ -36,28 +38,44 @@ def define_ground(stage: Any, scene: Scene, ground: Ground, material: Any) -> No
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
 
 
-def read_ground(prim: Any) -> Ground | None:
-    """The ground that a prim was made from; None where there is no prim."""
-    if not prim:
+def read_ground(stored: Mapping[str, npt.NDArray[Any]] | None) -> Ground | None:
+    """The ground that a prim was made from, out of its values by name; None for no prim.
+
+    Raises:
+        ValueError: a value is missing or cannot be one.
+    """
+    if stored is None:
         return None
-    friction = float(_value(prim, conventions.GROUND_FRICTION))
-    normal = _triple(_value(prim, conventions.GROUND_NORMAL))
-    if prim.HasAttribute(conventions.GROUND_OFFSET):
-        offset = float(_value(prim, conventions.GROUND_OFFSET))
+    for name in (conventions.GROUND_FRICTION, conventions.GROUND_NORMAL):
+        if name not in stored:
+            raise ValueError(f"its ground has no value of {name!r}")
+    friction = float(stored[conventions.GROUND_FRICTION])
+    normal = _triple(stored[conventions.GROUND_NORMAL])
+    if conventions.GROUND_OFFSET in stored:
+        offset = float(stored[conventions.GROUND_OFFSET])
         return Plane(normal=normal, offset=offset, friction=friction)
-    if prim.HasAttribute(conventions.GROUND_HEIGHTS):
-        rows = int(_value(prim, conventions.GROUND_ROWS))
-        x, y = _value(prim, conventions.GROUND_ORIGIN)
-        dx, dy = _value(prim, conventions.GROUND_SPACING)
-        heights = np.asarray(_value(prim, conventions.GROUND_HEIGHTS), dtype=np.float64)
-        return HeightField(
-            heights=heights.reshape(rows, -1), origin=(x, y), spacing=(dx, dy), friction=friction
-        )
+    if conventions.GROUND_HEIGHTS in stored:
+        return _read_heights(stored, friction)
+    faces = stored["faceVertexIndices"]
     return TriangleGround(
-        vertices=np.asarray(_value(prim, "points"), dtype=np.float64),
-        faces=np.asarray(_value(prim, "faceVertexIndices"), dtype=np.int32).reshape(-1, 3),
+        vertices=np.asarray(stored["points"], dtype=np.float64),
+        faces=indices("triangles of the ground", faces, 3, len(stored["points"])),
         friction=friction,
         normal=normal,
+    )
+
+
+def _read_heights(stored: Mapping[str, npt.NDArray[Any]], friction: float) -> HeightField:
+    names = (conventions.GROUND_ROWS, conventions.GROUND_ORIGIN, conventions.GROUND_SPACING)
+    if any(name not in stored for name in names):
+        raise ValueError("its height field has no rows, origin or spacing")
+    rows, origin, spacing = (stored[name] for name in names)
+    heights = np.asarray(stored[conventions.GROUND_HEIGHTS], dtype=np.float64)
+    if rows < 1 or heights.size % int(rows) or heights.size == 0:
+        raise ValueError(f"its height field of {heights.size} heights cannot have {rows} rows")
+    (x, y), (dx, dy) = origin.tolist(), spacing.tolist()
+    return HeightField(
+        heights=heights.reshape(int(rows), -1), origin=(x, y), spacing=(dx, dy), friction=friction
     )
 
 
@@ -105,13 +123,6 @@ def _square(scene: Scene, plane: Plane) -> FloatArray:
     second = np.cross(normal, first)
     signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     return np.array([middle + half * (a * first + b * second) for a, b in signs])
-
-
-def _value(prim: Any, name: str) -> Any:
-    value = prim.GetAttribute(name).Get()
-    if value is None:
-        raise InputError(f"{prim.GetPath()} has no value of {name!r}")
-    return value
 
 
 def _triple(value: npt.ArrayLike) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody import checks
+from warp_softbody.errors import InputError
 from warp_softbody.ground import Ground
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.reader import Take
@@ -64,17 +65,29 @@ def reversals(take: Take) -> float:
 
 
 def measure(take: Take) -> Measures:
-    """Measure every frame of a take."""
+    """Measure every frame of a take.
+
+    Raises:
+        InputError: no take, or one whose body has no volume at rest, which everything is measured
+            against.
+    """
     checks.instance("take of measure", take, Take)
     rest_volumes = tet_volumes(take.rest, take.tets)
+    whole = rest_volumes.sum()
+    if not (np.isfinite(whole) and whole > 0.0):
+        raise InputError(
+            f"body {take.name!r} cannot be measured: its volume at rest is {whole:.3g} m^3"
+        )
+    # rounding in single precision may leave a sliver without a volume to compare with
+    solid = rest_volumes > 0.0
     # Frame by frame: the corners of all tets of a long take at once would fill the memory.
     volumes = np.stack([tet_volumes(points, take.tets) for points in take.tet_points])
     masses = _lumped(rest_volumes, take.tets, len(take.rest))
     return Measures(
         times=take.times,
         penetration=_penetration(take.tet_points, take.ground),
-        smallest_volume_ratio=np.min(volumes / rest_volumes, axis=1),
-        volume_change=volumes.sum(axis=1) / rest_volumes.sum() - 1.0,
+        smallest_volume_ratio=np.min(volumes[:, solid] / rest_volumes[solid], axis=1),
+        volume_change=volumes.sum(axis=1) / whole - 1.0,
         centre_of_mass=np.asarray(masses @ take.tet_points / masses.sum()),
         tilt=_tilt(take.rest, take.tet_points, masses),
         base_area=_base_area(take),

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import os
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import numpy.typing as npt
 
 from warp_softbody import array_checks, checks
-from warp_softbody.errors import InputError, MissingExtraError, OutputError
+from warp_softbody.errors import InputError, OutputError
 from warp_softbody.frame import Frame
+from warp_softbody.replacing import replacing
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
 from warp_softbody.stage_exports.conventions import FloatArray, checked_target
-from warp_softbody.stage_exports.picture import Size, checked_size, imageio
+from warp_softbody.stage_exports.encoders import Encoder, check_movie, open_encoder
+from warp_softbody.stage_exports.picture import Size, checked_size
 from warp_softbody.stage_exports.render import Renderer
 from warp_softbody.stage_exports.subject import Pose, Subject
 
@@ -58,33 +59,66 @@ class Movie:
         camera = Camera.framing(*box, aspect=size[0] / size[1])
         subject = Subject.of_bodies(self._bodies, scene.ground)
         self._renderer = Renderer(subject, camera, size)
-        self._temporary = self._target.with_name(f".writing.{self._target.name}")
-        self._fps = fps
-        self._writer: Any = None
+        self._fps = float(fps)
+        self._file = ExitStack()
+        self._path = self._target
+        self._writer: Encoder | None = None
+        self._count = 0
+        self._closed = False
 
     def write(self, frame: Frame) -> None:
-        """Draw a frame and add it."""
+        """Draw a frame and add it.
+
+        Raises:
+            OutputError: the movie is closed, or could not be written; then nothing is left of it.
+        """
         checks.instance("frame of a Movie", frame, Frame)
+        if self._closed:
+            raise OutputError(f"{str(self._target)!r} is closed; no frame can be added")
         image = self._renderer.draw(Pose.of_frame(frame, self._bodies))
         try:
             if self._writer is None:
-                self._writer = _open_writer(self._temporary, self._fps)
+                self._path = self._file.enter_context(replacing(self._target))
+                self._writer = open_encoder(self._path, self._fps)
             self._writer.append_data(image)
+            self._count += 1
         except OSError as error:
-            raise OutputError(f"{str(self._target)!r} could not be written: {error}") from error
+            self._give_up(error)
+            raise self._unwritten(error) from error
+        except BaseException as error:
+            # the encoder was broken off in the middle of a frame
+            self._give_up(error)
+            raise
 
     def close(self) -> None:
-        """Finish the file; harmless when closed already or without a frame."""
+        """Finish the file; harmless when closed already or without a frame.
+
+        Raises:
+            OutputError: it could not be written; an older file is as it was.
+        """
+        if self._closed:
+            return
+        self._closed = True
         if self._writer is None:
             return
-        writer, self._writer = self._writer, None
         try:
-            writer.close()
-            os.replace(self._temporary, self._target)
+            with self._file:
+                self._writer.close()
+                check_movie(self._path, self._count)
         except OSError as error:
-            raise OutputError(f"{str(self._target)!r} could not be written: {error}") from error
-        finally:
-            self._temporary.unlink(missing_ok=True)
+            raise self._unwritten(error) from error
+
+    def _give_up(self, error: BaseException) -> None:
+        """End the encoder and remove what it wrote."""
+        self._closed = True
+        with suppress(BaseException), self._file:
+            if self._writer is not None:
+                self._writer.close()
+            raise error
+
+    def _unwritten(self, error: OSError) -> OutputError:
+        lines = (error.strerror or str(error)).strip().splitlines()
+        return OutputError(f"{str(self._target)!r} could not be written: {lines[0]}")
 
     def __enter__(self) -> Movie:
         """Write inside the body."""
@@ -106,19 +140,3 @@ def _checked_box(bounds: object) -> tuple[FloatArray, FloatArray]:
     if not (low <= high).all() or (low == high).all():
         checks.refuse("bounds of a Movie", "the lowest and the highest corner of a box", bounds)
     return low, high
-
-
-def _open_writer(path: Path, fps: float) -> Any:
-    """An encoder that takes frames one by one, so that a long movie needs no more memory."""
-    if path.suffix.lower() == ".gif":
-        return imageio().get_writer(path, mode="I", duration=1000.0 / fps, loop=0)
-    try:
-        # Without the whole-macroblock rule of old players the movie keeps the size asked for.
-        return imageio().get_writer(
-            path, format="FFMPEG", mode="I", fps=fps, quality=8, macro_block_size=2
-        )
-    except ImportError as error:
-        raise MissingExtraError(
-            "an .mp4 needs imageio-ffmpeg, which is not installed: "
-            "pip install 'warp-softbody[view]'"
-        ) from error

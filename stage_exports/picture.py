@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 from warp_softbody import checks
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.frame import Frame
+from warp_softbody.replacing import replacing
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
@@ -58,15 +58,13 @@ def checked_size(size: object) -> Size:
 
 
 def save_png(target: Path, image: Image) -> None:
-    """Write a picture under a temporary name and rename it."""
-    temporary = target.with_name(f".writing.{target.name}")
+    """Write a picture in one step."""
     try:
-        imageio().imwrite(temporary, image, extension=".png")
-        os.replace(temporary, target)
+        with replacing(target) as path:
+            imageio().imwrite(path, image, extension=".png")
     except OSError as error:
-        raise OutputError(f"{str(target)!r} could not be written: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        cause = error.strerror or error
+        raise OutputError(f"{str(target)!r} could not be written: {cause}") from error
 
 
 def imageio() -> Any:

@@ -5,19 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
-from pxr import Sdf, Tf, Usd
 
-from warp_softbody import checks, input_kinds
 from warp_softbody.errors import InputError
 from warp_softbody.frame import ContactSample
 from warp_softbody.ground import Ground
-from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.conventions import FloatArray, IntArray
 from warp_softbody.stage_exports.grounds import read_ground
+from warp_softbody.stage_exports.isolation import apart
+from warp_softbody.stage_exports.stored_arrays import (
+    activations,
+    contacts,
+    indices,
+    numbers,
+    positive,
+    time_codes,
+)
+
+if TYPE_CHECKING:
+    from warp_softbody.stage_exports.extraction import StoredBody, StoredStage
 from warp_softbody.value import Value
 
 
@@ -75,127 +83,70 @@ def read_take(path: str | Path, name: str | None = None) -> Take:
     Args:
         path: the stage.
         name: of the body; None for the first, the scene's character.
+
+    Raises:
+        InputError: the file is none, is damaged, or holds no such body.
     """
-    stage = open_stage(path)
-    bodies = {body.GetName(): body for body in _bodies(stage, path)}
-    if name is None:
-        return _take(stage, next(iter(bodies.values())), path)
-    if not isinstance(name, str) or name not in bodies:
-        raise InputError(
-            f"{str(path)!r} holds no body {checks.shown(name)}; it holds: {', '.join(bodies)}"
-        )
-    return _take(stage, bodies[name], path)
+    (take,) = _takes(path, name, every=False)
+    return take
 
 
 def read_takes(path: str | Path) -> tuple[Take, ...]:
-    """All bodies of a stage, in the order of `body_names`."""
-    stage = open_stage(path)
-    return tuple(_take(stage, body, path) for body in _bodies(stage, path))
+    """All bodies of a stage, in the order of `body_names`.
+
+    Raises:
+        InputError: the file is none or is damaged.
+    """
+    takes = _takes(path, None, every=True)
+    if any(not np.array_equal(take.times, takes[0].times) for take in takes):
+        raise InputError(f"{str(path)!r} is damaged: its bodies have frames at different times")
+    return takes
 
 
 def body_names(path: str | Path) -> tuple[str, ...]:
-    """Names of the bodies of a stage, the scene's character first."""
-    # a prim ends with its stage
-    stage = open_stage(path)
-    return tuple(body.GetName() for body in _bodies(stage, path))
+    """Names of the bodies of a stage, the scene's character first.
+
+    Raises:
+        InputError: the file is none or is damaged.
+    """
+    return tuple(apart("extract_names", path))
 
 
-def _take(stage: Any, body: Any, path: str | Path) -> Take:
-    skin, tets = (body.GetChild(name) for name in (conventions.SKIN, conventions.TETS))
-    codes = tets.GetAttribute("points").GetTimeSamples()
-    if not codes:
-        raise InputError(f"{str(path)!r} holds no frame")
-    rate = stage.GetTimeCodesPerSecond()
-    fiber_points, activations = _fibers(body.GetChild(conventions.FIBERS), codes)
-    return Take(
-        name=body.GetName(),
-        color=_triple(_value(skin, "primvars:displayColor")[0]),
-        fps=rate,
-        times=np.array(codes) / rate,
-        rest=_floats(_value(tets, conventions.REST)),
-        tets=_integers(_value(tets, "tetVertexIndices")).reshape(-1, 4),
-        tet_points=_series(tets, "points", codes),
-        velocities=_series(tets, "velocities", codes),
-        skin_rest=_floats(_value(skin, "points")),
-        skin_points=_series(skin, "points", codes),
-        skin_faces=_integers(_value(skin, "faceVertexIndices")).reshape(-1, 3),
-        fiber_points=fiber_points,
-        activations=activations,
-        contacts=_contacts(body.GetChild(conventions.CONTACTS), codes),
-        patches=_contacts(body.GetChild(conventions.PATCHES), codes),
-        ground=read_ground(stage.GetPrimAtPath(conventions.GROUND)),
-        metadata=stage.GetRootLayer().customLayerData.get(conventions.METADATA_KEY, {}),
-    )
-
-
-def open_stage(path: str | Path) -> Any:
-    """The stage as it is on disk now, whatever an earlier read of the same name has cached."""
-    file = input_kinds.path("path of a stage", path)
+def _takes(path: str | Path, name: str | None, *, every: bool) -> tuple[Take, ...]:
+    stage = apart("extract", path, name, every)
     try:
-        layer = Sdf.Layer.OpenAsAnonymous(str(file)) if file.is_file() else None
-    except Tf.ErrorException:
-        layer = None
-    if layer is None:
-        raise InputError(f"{str(path)!r} is not a USD file that can be read")
-    return Usd.Stage.Open(layer)
+        return tuple(_take(stage, body) for body in stage["bodies"])
+    except ValueError as error:
+        raise InputError(f"{str(path)!r} is damaged: {error}") from error
 
 
-def body_prims(stage: Any) -> list[Any]:
-    """The prims of the world that have a skin and tets, in the order they were written."""
-    world = stage.GetPrimAtPath(conventions.WORLD)
-    children = world.GetChildren() if world else []
-    needed = (conventions.SKIN, conventions.TETS)
-    return [prim for prim in children if all(prim.GetChild(name) for name in needed)]
-
-
-def _bodies(stage: Any, path: str | Path) -> list[Any]:
-    bodies = body_prims(stage)
-    if not bodies:
-        raise InputError(f"{str(path)!r} holds no character with a skin and tets")
-    return bodies
-
-
-def _value(prim: Any, name: str, code: float | None = None) -> Any:
-    attribute = prim.GetAttribute(name)
-    value = attribute.Get() if code is None else attribute.Get(code)
-    if value is None:
-        raise InputError(f"{prim.GetPath()} has no value of {name!r}")
-    return value
-
-
-def _series(prim: Any, name: str, codes: list[float]) -> FloatArray:
-    return np.stack([_floats(_value(prim, name, code)) for code in codes])
-
-
-def _fibers(prim: Any, codes: list[float]) -> tuple[FloatArray, FloatArray]:
-    if not prim:
-        return np.zeros((len(codes), 0, 2, 3)), np.zeros((len(codes), 0))
-    points = _series(prim, "points", codes)
-    activations = _series(prim, conventions.ACTIVATION, codes)
-    return points.reshape(len(codes), -1, 2, 3), activations
-
-
-def _contacts(prim: Any, codes: list[float]) -> tuple[ContactSample, ...]:
-    if not prim:
-        return tuple(ContactSample() for _ in codes)
-    return tuple(
-        ContactSample(
-            points=_floats(_value(prim, "points", code)).reshape(-1, 3),
-            modes=_integers(_value(prim, conventions.CONTACT_MODE, code)),
-            forces=_floats(_value(prim, conventions.CONTACT_FORCE, code)).reshape(-1, 3),
-        )
-        for code in codes
+def _take(stage: StoredStage, body: StoredBody) -> Take:
+    frames = len(body["codes"])
+    rest = numbers("rest points", body["rest"], (-1, 3))
+    skin = numbers("skin points", body["skin_rest"], (-1, 3))
+    rate = positive("time codes per second", stage["fps"])
+    fiber_points, activation = activations(body["fiber_points"], body["activations"], frames)
+    return Take(
+        name=body["name"],
+        color=_triple(numbers("colors", body["color"], (-1, 3))[0]),
+        fps=rate,
+        times=time_codes(body["codes"]) / rate,
+        rest=rest,
+        tets=indices("tets", body["tets"], 4, len(rest)),
+        tet_points=numbers("points of tets", body["tet_points"], (frames, len(rest), 3)),
+        velocities=numbers("velocities", body["velocities"], (frames, len(rest), 3)),
+        skin_rest=skin,
+        skin_points=numbers("points of the skin", body["skin_points"], (frames, len(skin), 3)),
+        skin_faces=indices("faces of the skin", body["skin_faces"], 3, len(skin)),
+        fiber_points=fiber_points,
+        activations=activation,
+        contacts=contacts("contacts", body["contacts"], frames),
+        patches=contacts("patches", body["patches"], frames),
+        ground=read_ground(stage["ground"]),
+        metadata=stage["metadata"],
     )
 
 
-def _triple(value: npt.ArrayLike) -> tuple[float, float, float]:
-    x, y, z = np.asarray(value, dtype=np.float64).tolist()
+def _triple(values: FloatArray) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
     return x, y, z
-
-
-def _floats(value: npt.ArrayLike) -> FloatArray:
-    return np.asarray(value, dtype=np.float64)
-
-
-def _integers(value: npt.ArrayLike) -> IntArray:
-    return np.array(value, dtype=np.int32)

@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdValidation
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdValidation
 
 from warp_softbody.errors import InputError
-from warp_softbody.stage_exports import conventions, values
-from warp_softbody.stage_exports.reader import body_prims, open_stage
+from warp_softbody.stage_exports import conventions, values, watchdog
+from warp_softbody.stage_exports.extraction import body_prims, open_stage
+from warp_softbody.stage_exports.isolation import apart
+from warp_softbody.stage_exports.merging import reason
 
 _POINT_TYPES = (Sdf.ValueTypeNames.Point3fArray, Sdf.ValueTypeNames.Float3Array)
 _INDICES = ("faceVertexIndices", "tetVertexIndices", "surfaceFaceVertexIndices")
@@ -21,13 +23,40 @@ _STATIC = (*_INDICES, "faceVertexCounts", "curveVertexCounts")
 def validate(path: str | Path) -> list[str]:
     """Everything that is wrong with an exported file, one sentence each; empty when nothing is."""
     try:
-        stage = open_stage(path)
+        return list(apart("find_faults", path))
     except InputError as error:
         return [str(error)]
+
+
+def find_faults(path: str) -> list[str]:
+    """What `validate` tells of a file, in the process that reads it.
+
+    Raises:
+        InputError: it cannot be opened at all.
+    """
+    stage = open_stage(path)
     prims = list(stage.Traverse(Usd.PrimAllPrimsPredicate))
     geometry = [prim for prim in prims if prim.IsA(UsdGeom.PointBased)]
-    own = [sentence for prim in geometry for sentence in _check_geometry(prim)]
-    return [*_usd_findings(stage), *_check_clock(stage), *_check_motion(stage), *own]
+    checks = [_usd_findings(stage), _check_clock(stage), _check_motion(stage)]
+    checks += [_check_geometry(prim) for prim in geometry]
+    return [sentence for check in checks for sentence in _whole(check)]
+
+
+def _whole(check: Iterator[str]) -> Iterator[str]:
+    """What a check finds, with what damage in the file made of it."""
+    try:
+        yield from check
+    except Tf.ErrorException as error:
+        yield f"the stage is damaged: {' '.join(reason(error).split())}"
+    except (
+        ArithmeticError,
+        LookupError,
+        MemoryError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+    ) as error:
+        yield f"the stage is damaged: {' '.join(str(error).split())}"
 
 
 def _usd_findings(stage: Any) -> Iterator[str]:
@@ -67,6 +96,7 @@ def _frozen(body: Any) -> list[str]:
     """Which of a body's skin and tets are the same in every frame."""
     names = []
     for name in (conventions.SKIN, conventions.TETS):
+        watchdog.feed()
         points = body.GetChild(name).GetAttribute("points")
         codes = points.GetTimeSamples()
         first = points.Get(codes[0]) if codes else None
@@ -92,13 +122,18 @@ def _check_geometry(prim: Any) -> Iterator[str]:
 
 
 def _check_sample(prim: Any, code: Any) -> Iterator[str]:
+    watchdog.feed()
     place = f"{prim.GetPath()} at {code}"
     points = prim.GetAttribute("points").Get(code)
     if not np.isfinite(np.asarray(points)).all():
         yield f"{place} has points that are not finite"
         return
     stored = prim.GetAttribute("extent").Get(code)
-    if stored is None or not _same_box(stored, _expected_extent(prim, points, code)):
+    if (
+        stored is None
+        or len(stored) != 2
+        or not _same_box(stored, _expected_extent(prim, points, code))
+    ):
         yield f"{place} has an extent that is not the box of its points"
     velocities = UsdGeom.PointBased(prim).GetVelocitiesAttr().Get(code)
     if velocities is not None and len(velocities) != len(points):
@@ -117,4 +152,6 @@ def _expected_extent(prim: Any, points: Any, code: Any) -> Any:
 
 
 def _same_box(stored: Any, expected: Any) -> bool:
+    if expected is None or len(expected) != 2:
+        return False
     return np.allclose(np.asarray(stored), np.asarray(expected), rtol=1e-5, atol=1e-7)

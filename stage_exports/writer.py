@@ -5,33 +5,33 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from threading import RLock
 from types import TracebackType
+from typing import Any
 
-import numpy as np
-
-from warp_softbody import checks, input_kinds
-from warp_softbody.errors import InputError, OutputError
+from warp_softbody import checks
+from warp_softbody.errors import OutputError
 from warp_softbody.frame import Frame
 from warp_softbody.scene import Scene
 from warp_softbody.stage_exports.bodies import staged_bodies
-from warp_softbody.stage_exports.chunks import ChunkFolder
-from warp_softbody.stage_exports.conventions import (
-    EXTENSIONS,
-    TIME_CODE_DIGITS,
-    character_path,
-    checked_target,
-)
+from warp_softbody.stage_exports.chunks import USD, ChunkFolder
+from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
+from warp_softbody.stage_exports.frame_checks import checked_time_code, owned
 from warp_softbody.stage_exports.samples import TimedFrame, sample_layer
-from warp_softbody.stage_exports.static import static_layer
+from warp_softbody.stage_exports.scene_checks import checked_metadata, checked_static_layer
 
 
 class StageWriter:
     """Writes a take: `with StageWriter(path, scene) as stage: stage.write(frame)`.
 
-    Frames wait in memory until a chunk is full; closed chunks survive a crash (see `recover`). At
-    the end, also after an exception or Ctrl-C in the `with` body, the frames so far become one
-    valid file that replaces an older one in a single step. Without a frame nothing is left behind.
-    A new take of the same name lets go of chunks that a crashed one left: recover them first.
+    Frames are copied and wait in memory until a chunk is full; closed chunks survive a crash (see
+    `recover`). At the end, also after an exception or Ctrl-C in the `with` body, the frames so far
+    become one valid file that replaces an older one in a single step. Without a frame nothing is
+    left behind. A finished take lets go of chunks that a crashed one of its name left.
+
+    A path that another process writes is refused. Of two writers of one path in one process the one
+    that closes last is refused, and its frames are kept for `recover`. A writer may be shared by
+    threads; the times of the frames must increase all the same.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class StageWriter:
         metadata: Mapping[str, str | float] | None = None,
         chunk_frames: int = 120,
     ) -> None:
-        """Check everything that can be checked before the first frame; create nothing.
+        """Check everything that can be checked before the first frame; leave nothing on the disk.
 
         Args:
             path: target, ending in .usdc, .usda or .usd.
@@ -53,24 +53,28 @@ class StageWriter:
             overwrite: replace an existing file; otherwise it is an OutputError.
             metadata: kept in the stage's customLayerData, by name.
             chunk_frames: frames held in memory at most.
+
+        Raises:
+            InputError: an option or a part of the scene cannot be stored.
+            OutputError: the path cannot be written, or another process writes it.
         """
         fps = checks.number("fps of a StageWriter", fps, above=0.0, unit="1/s")
         chunk_frames = checks.whole("chunk_frames of a StageWriter", chunk_frames, low=1)
         checks.truth("overwrite of a StageWriter", overwrite)
         checks.instance("scene of a StageWriter", scene, Scene)
-        for character in scene.characters:
-            character_path(character.name)
-        self._path = checked_target(path, extensions=EXTENSIONS, overwrite=overwrite)
-        self._scene = scene
         self._fps = fps
-        self._metadata = _checked_metadata({} if metadata is None else metadata)
-        self._chunk_frames = chunk_frames
+        self._path = checked_target(path, extensions=EXTENSIONS, overwrite=overwrite)
         self._bodies = staged_bodies(scene)
-        self._chunks = ChunkFolder(self._path)
+        self._chunk_frames = chunk_frames
+        kept = checked_metadata({} if metadata is None else metadata)
+        where = self._path.parent
+        self._static: Any = checked_static_layer(scene, self._bodies, self._fps, kept, where)
+        self._chunks = ChunkFolder(self._path, overwrite=overwrite)
         self._pending: list[TimedFrame] = []
         self._stored = 0
         self._last_time_code = -math.inf
         self._closed = False
+        self._lock = RLock()
 
     @property
     def path(self) -> Path:
@@ -78,34 +82,50 @@ class StageWriter:
         return self._path
 
     def write(self, frame: Frame) -> None:
-        """Add a frame; times must increase."""
-        if self._closed:
-            raise OutputError(f"{str(self._path)!r} is closed; no frame can be added")
+        """Add a copy of a frame; times must increase.
+
+        Raises:
+            InputError: the frame is not one of this scene, or not later than the last one.
+            OutputError: the writer is closed, or a chunk could not be written.
+        """
         checks.instance("frame to write", frame, Frame)
-        time_code = round(frame.time * self._fps, TIME_CODE_DIGITS)
-        if not time_code > self._last_time_code:
-            raise InputError(
-                f"frame {frame.index} at {frame.time!r} s is not later than the last one"
-            )
-        self._check_arrays(frame)
-        self._pending.append(TimedFrame(time_code, frame))
-        self._last_time_code = time_code
-        if len(self._pending) >= self._chunk_frames:
-            self._flush()
+        with self._lock:
+            self._require_open()
+            time_code = checked_time_code(frame, self._fps, self._last_time_code)
+            own = owned(frame, self._bodies)
+            self._chunks.begin()
+            self._pending.append(TimedFrame(time_code, own))
+            self._last_time_code = time_code
+            if len(self._pending) >= self._chunk_frames:
+                self._flush()
 
     def close(self) -> None:
-        """Merge the chunks into the target; harmless when closed already."""
-        if self._closed:
-            return
-        if self._pending:
-            self._flush()
-        if self._stored:
-            self._chunks.merge()
-            self._chunks.remove()
-        self._closed = True
+        """Merge the chunks into the target; harmless when closed already.
+
+        Raises:
+            OutputError: the stage could not be written; closed chunks are kept for `recover`.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            try:
+                if self._pending:
+                    self._flush()
+                if self._stored:
+                    self._chunks.finish()
+            except OutputError:
+                self._closed = True
+                raise
+            finally:
+                if self._closed or not self._stored:
+                    self._chunks.leave()
+            self._closed = True
 
     def __enter__(self) -> StageWriter:
-        """Write inside the body."""
+        """Write inside the body; from here on no other process may write this path."""
+        with self._lock:
+            self._require_open()
+            self._chunks.begin()
         return self
 
     def __exit__(
@@ -117,52 +137,16 @@ class StageWriter:
         """Keep the frames so far, whatever ended the body."""
         self.close()
 
+    def _require_open(self) -> None:
+        if self._closed:
+            raise OutputError(f"{str(self._path)!r} is closed; no frame can be added")
+
     def _flush(self) -> None:
         """Close a chunk. The frames are let go last, so that an interrupt here loses none."""
         if not self._stored:
-            static = static_layer(self._scene, self._bodies, self._fps, self._metadata)
-            self._chunks.start(static)
-        samples = sample_layer(self._bodies, self._pending)
+            self._chunks.start(self._static)
+        with USD:
+            samples = sample_layer(self._bodies, self._pending)
         self._chunks.add(self._stored, samples)
         self._stored, self._pending = self._stored + len(self._pending), []
-
-    def _check_arrays(self, frame: Frame) -> None:
-        last, contacts = self._bodies[-1], frame.contacts
-        nodes, touching = last.nodes.stop, len(contacts.points)
-        # with one body it is clear whose contacts they are
-        named = len(contacts.nodes) if last.alone else touching
-        for name, array, shape in (
-            ("positions", frame.positions, (nodes, 3)),
-            ("velocities", frame.velocities, (nodes, 3)),
-            ("activations", frame.activations, (last.segments.stop,)),
-            ("fiber_points", frame.fiber_points, (last.vertices.stop, 3)),
-            ("contact nodes", contacts.nodes, (named,)),
-            ("contact modes", contacts.modes, (touching,)),
-            ("contact forces", contacts.forces, (touching, 3)),
-        ):
-            if array.shape != shape:
-                raise InputError(
-                    f"frame {frame.index}: {name} must have the shape {shape}, got {array.shape}"
-                )
-            if not np.isfinite(array).all():
-                raise InputError(f"frame {frame.index}: {name} holds a number that is not finite")
-        if np.any((contacts.nodes < 0) | (contacts.nodes >= nodes)):
-            raise InputError(f"frame {frame.index}: a contact node is not one of the {nodes} nodes")
-
-
-def _checked_metadata(metadata: Mapping[str, str | float]) -> dict[str, str | float]:
-    checked: dict[str, str | float] = {}
-    for name, value in input_kinds.mapping("metadata of a StageWriter", metadata).items():
-        input_kinds.name("a name in the metadata of a StageWriter", name)
-        given = checks.plain(value)
-        if isinstance(given, str):
-            checked[name] = input_kinds.text(f"metadata {name!r}", given)
-        elif isinstance(given, bool):
-            checked[name] = given
-        elif isinstance(given, int) and abs(given) < 2**63:
-            checked[name] = given
-        elif isinstance(given, float):
-            checked[name] = given
-        else:
-            checks.refuse(f"metadata {name!r}", "text or a number", value)
-    return checked
+        self._static = None

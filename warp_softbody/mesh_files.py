@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import numpy.typing as npt
 from warp_softbody.errors import MeshError, OutputError
 from warp_softbody.mesh_formats.child import read_in_child
 from warp_softbody.mesh_formats.contents import Contents, ReadingFailed
+from warp_softbody.replacing import replacing
 
 WRITABLE = (".vtu", ".vtk", ".msh", ".mesh", ".inp")
 """Extensions of one-file formats that keep double precision."""
@@ -115,7 +115,7 @@ def check_writable(path: Path) -> None:
 
 
 def write_tets(path: Path, points: npt.NDArray[np.float64], tets: npt.NDArray[np.int32]) -> None:
-    """Write a tet file under a temporary name, then rename it.
+    """Write a tet file, in one step.
 
     Raises:
         OutputError: unknown extension, or the file cannot be written; nothing is left behind.
@@ -123,27 +123,10 @@ def write_tets(path: Path, points: npt.NDArray[np.float64], tets: npt.NDArray[np
     import meshio
 
     check_writable(path)
-    partial: Path | None = None
     try:
-        partial = _new_file(path)
-        with _quiet():
-            meshio.Mesh(points, [("tetra", tets)]).write(partial)
-        os.replace(partial, path)
+        with replacing(path) as beside, _quiet():
+            meshio.Mesh(points, [("tetra", tets)]).write(beside)
     # A name that no file can have is a ValueError.
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise OutputError(f"{path}: cannot be written: {reason}") from error
-    finally:
-        if partial is not None:
-            with contextlib.suppress(OSError):
-                partial.unlink(missing_ok=True)
-
-
-def _new_file(path: Path) -> Path:
-    """A new file beside a path, under a name that nobody can have prepared as a link."""
-    handle, name = tempfile.mkstemp(".partial" + path.suffix, f".{path.stem[:40]}.", path.parent)
-    mask = os.umask(0)
-    os.umask(mask)
-    os.fchmod(handle, 0o666 & ~mask)
-    os.close(handle)
-    return Path(name)

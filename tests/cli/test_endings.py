@@ -11,25 +11,69 @@ from typing import Any
 
 import pytest
 
-from warp_softbody.cli.interruption import Interruption
+from warp_softbody.cli.interruption import Interrupted, Interruption, held_back, interruptible
 from warp_softbody.stage_exports import read_take, validate
 from warp_softbody.stepper import Stepper
 
 
-def test_interrupted_run_leaves_a_valid_stage(start: Any, tmp_path: Path) -> None:
-    out = tmp_path / "take.usdc"
+def started_take(start: Any, out: Path) -> Any:
+    """A long run that has closed a chunk of its stage."""
     process = start("run", "topple-i", "--seconds", 9e4, "--fps", 100, "--json", "--out", out)
     deadline = time.monotonic() + 60.0
-    while not list(tmp_path.glob(".take.usdc.chunks/frames_*")):
+    while not list(out.parent.glob(f".{out.name}.chunks/frames_*")):
         assert time.monotonic() < deadline and process.poll() is None, process.communicate()
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+    return process
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_interrupted_run_leaves_a_valid_stage(start: Any, tmp_path: Path, name: str) -> None:
+    out = tmp_path / "take.usdc"
+    process = started_take(start, out)
+    process.send_signal(signal.Signals[name])
     out_text, err_text = process.communicate(timeout=60)
     summary = json.loads(out_text)
-    assert (process.returncode, err_text, summary["status"]) == (130, "", "interrupted")
+    code = 128 + signal.Signals[name]
+    assert (process.returncode, err_text, summary["status"]) == (code, "", "interrupted")
     assert len(read_take(out)) == summary["frames"] >= 120
     assert validate(out) == []
     assert [path.name for path in tmp_path.iterdir()] == ["take.usdc"]
+
+
+def test_a_killed_run_is_recovered_and_a_live_one_is_left(
+    start: Any, call: Any, tmp_path: Path
+) -> None:
+    out = tmp_path / "take.usdc"
+    process = started_take(start, out)
+    for command in (("recover", out), ("run", "topple-i", "--seconds", 0.1, "--out", out)):
+        answer = call(*command)
+        assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1), answer
+        assert "being written" in answer.err or f"process {process.pid}" in answer.err
+    process.kill()
+    process.communicate()
+    answer = call("recover", out, "--json")
+    told = json.loads(answer.out)
+    assert (answer.code, answer.err, told["stage"]) == (0, "", str(out))
+    assert len(read_take(out)) == told["frames"] >= 120
+    assert validate(out) == [] and [path.name for path in tmp_path.iterdir()] == ["take.usdc"]
+    answer = call("recover", out)
+    assert answer.code == 2 and "nothing to recover" in answer.err
+
+
+def test_signals_that_are_ignored_stay_so() -> None:
+    """As under `nohup`; afterwards everything is as before."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.getsignal(number) for number in numbers]
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with interruptible():
+            signal.raise_signal(signal.SIGHUP)
+            with pytest.raises(Interrupted) as caught:
+                signal.raise_signal(signal.SIGTERM)
+        assert caught.value.number == signal.SIGTERM
+    finally:
+        signal.signal(signal.SIGHUP, before[2])
+    assert [signal.getsignal(number) for number in numbers] == before
 
 
 def test_a_second_interrupt_does_not_wait() -> None:
@@ -44,6 +88,19 @@ def test_a_second_interrupt_does_not_wait() -> None:
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_signals_wait_while_they_would_be_swallowed() -> None:
+    done = []
+    with interruptible(), pytest.raises(Interrupted):
+        with held_back():
+            with held_back():
+                signal.raise_signal(signal.SIGTERM)
+            done.append("inner")
+        done.append("outer")
+    assert done == ["inner"]
+    with interruptible(), held_back():
+        pass
 
 
 def test_frames_before_a_number_that_is_not_finite_are_kept(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -126,3 +127,15 @@ def test_reversals_of_a_shaken_and_of_a_thrown_body(tmp_path: Path) -> None:
                     )
                 )
         assert reversals(read_take(path)) == expected
+
+
+def test_a_body_without_volume_is_refused_and_a_flat_sliver_is_passed_over(
+    write_take: Any,
+) -> None:
+    take = read_take(write_take())
+    with pytest.raises(InputError, match="'block' cannot be measured: its volume at rest is 0"):
+        measure(replace(take, rest=take.rest * (1.0, 1.0, 0.0)))
+    sliver = replace(take, tets=np.concatenate([take.tets, [[0, 1, 1, 2]]]).astype(np.int32))
+    np.testing.assert_allclose(
+        measure(sliver).smallest_volume_ratio, measure(take).smallest_volume_ratio
+    )

@@ -53,7 +53,7 @@ def test_no_more_than_a_chunk_waits_in_memory(
     with StageWriter(tmp_path / "long.usdc", scene, chunk_frames=4) as stage:
         for frame in make_frames(scene, 9):
             stage.write(frame)
-        names = sorted(path.name for path in folder.iterdir())
+        names = sorted(path.name for path in folder.glob("*.usdc"))
         assert names == ["frames_00000000.usdc", "frames_00000004.usdc", "static.usdc"]
     assert not folder.exists()
 
@@ -98,8 +98,11 @@ def test_recover_makes_a_stage_of_closed_chunks(
     writer = StageWriter(path, scene, chunk_frames=3)
     for frame in make_frames(scene, 8):
         writer.write(frame)
-    (tmp_path / ".crash.usdc.chunks" / ".writing.frames_00000006.usdc").write_bytes(b"half")
+    (tmp_path / ".crash.usdc.chunks" / ".warp-softbody-half").mkdir()
     assert not path.exists()
+    with pytest.raises(OutputError, match="still being written"):
+        recover(path)
+    del writer
     assert recover(path) == path
     assert len(read_take(path)) == 6
     assert validate(path) == []

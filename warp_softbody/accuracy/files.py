@@ -11,10 +11,11 @@ from typing import Any
 from warp_softbody.accuracy.chart import Chart, Point
 from warp_softbody.accuracy.functionals import FUNCTIONALS
 from warp_softbody.errors import OutputError
+from warp_softbody.replacing import replacing, require_makeable
 
 
 def write_tables(chart: Chart, folder: Path) -> tuple[Path, Path]:
-    """``SCENE.csv`` and ``SCENE.json``.
+    """``SCENE.csv`` and ``SCENE.json``, each replaced in one step.
 
     Raises:
         OutputError: the folder cannot be written into.
@@ -22,11 +23,29 @@ def write_tables(chart: Chart, folder: Path) -> tuple[Path, Path]:
     table, note = (folder / f"{chart.case.scene}.{kind}" for kind in ("csv", "json"))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        table.write_text(as_csv(chart))
-        note.write_text(json.dumps(as_dict(chart), indent=1, allow_nan=False) + "\n")
+        # both are written before either is replaced
+        with replacing(table) as rows, replacing(note) as found:
+            rows.write_text(as_csv(chart), encoding="utf-8")
+            found.write_text(json.dumps(as_dict(chart), indent=1, allow_nan=False) + "\n")
     except OSError as error:
-        raise OutputError(f"cannot write into {str(folder)!r}: {error.strerror}") from error
+        raise OutputError(
+            f"cannot write into {str(folder)!r}: {error.strerror or error}"
+        ) from error
     return table, note
+
+
+def require_folder(folder: Path) -> None:
+    """Refuse a folder for charts before hours are spent on one.
+
+    Raises:
+        OutputError: it cannot be made or written in.
+    """
+    try:
+        require_makeable(folder.absolute())
+    except OSError as error:
+        raise OutputError(
+            f"cannot write into {str(folder)!r}: {error.strerror or error}"
+        ) from error
 
 
 def as_csv(chart: Chart) -> str:

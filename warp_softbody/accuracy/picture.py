@@ -11,6 +11,7 @@ from typing import Any
 
 from warp_softbody.accuracy.chart import Chart, Point
 from warp_softbody.errors import MissingExtraError, OutputError
+from warp_softbody.replacing import replacing
 
 REAL_TIME = 1000.0
 """ms of CPU time in a simulated second: one thread keeps up."""
@@ -92,9 +93,10 @@ def _save(figure: Any, path: Path) -> None:
     image = import_module("PIL.Image").open(drawn).convert("RGB").quantize(COLORS)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        image.save(path, optimize=True)
+        with replacing(path) as beside:
+            image.save(beside, optimize=True)
     except OSError as error:
-        raise OutputError(f"cannot write {str(path)!r}: {error.strerror}") from error
+        raise OutputError(f"cannot write {str(path)!r}: {error.strerror or error}") from error
 
 
 def _places(points: list[Point]) -> tuple[list[float], list[float]]:

@@ -11,8 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from warp_softbody.accuracy.table import case_of
+from warp_softbody.accuracy.tuned_checks import checked
 from warp_softbody.accuracy.tuning import Tuned
 from warp_softbody.errors import InputError, OutputError
+from warp_softbody.replacing import folder_lock, replace_text, require_makeable
 
 SHIPPED = Path(__file__).with_name("tuned.json")
 
@@ -27,18 +29,36 @@ def save(tuned: Tuned, path: Path) -> None:
     """Add to a file, in place of what it has for the same scene and bound.
 
     Raises:
+        InputError: the file there holds something else.
         OutputError: the file cannot be written.
     """
-    kept = [one for one in load(path) if _key(one) != _key(tuned)]
-    every = sorted([*kept, tuned], key=_key)
-    text = json.dumps([one.to_dict() for one in every], indent=1) + "\n"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        beside = path.with_name(path.name + ".part")
-        beside.write_text(text)
-        beside.replace(path)
+        with folder_lock(path.parent):
+            kept = [one for one in load(path) if _key(one) != _key(tuned)]
+            every = sorted([*kept, tuned], key=_key)
+            text = json.dumps([one.to_dict() for one in every], indent=1) + "\n"
+            replace_text(path, text)
     except OSError as error:
-        raise OutputError(f"cannot write {str(path)!r}: {error.strerror}") from error
+        raise _unwritten(path, error) from error
+
+
+def require_storable(path: Path) -> None:
+    """Refuse a file before a sweep is made for it.
+
+    Raises:
+        InputError: the file there holds something else.
+        OutputError: it could not be written.
+    """
+    load(path)
+    try:
+        require_makeable(path.absolute().parent)
+    except OSError as error:
+        raise _unwritten(path, error) from error
+
+
+def _unwritten(path: Path, error: OSError) -> OutputError:
+    return OutputError(f"cannot write {str(path)!r}: {error.strerror or error}")
 
 
 def load(path: Path) -> list[Tuned]:
@@ -47,12 +67,16 @@ def load(path: Path) -> list[Tuned]:
     Raises:
         InputError: the file does not hold tuned settings.
     """
-    if not path.exists():
+    if not os.path.lexists(path):
         return []
     try:
-        return [Tuned.from_dict(values) for values in json.loads(path.read_text())]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{str(path)!r} does not hold tuned settings: {error}") from error
+        stored = json.loads(path.read_bytes())
+        if not isinstance(stored, list):
+            raise InputError("it is no list")
+        return [checked(values, f"entry {number}") for number, values in enumerate(stored)]
+    except (OSError, ValueError, RecursionError) as error:
+        cause = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{str(path)!r} does not hold tuned settings: {cause}") from error
 
 
 def _key(tuned: Tuned) -> tuple[str, list[tuple[str, float]], float]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -12,6 +10,7 @@ import numpy as np
 from warp_softbody.characters.recipe import Recipe
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.mesh import TetMesh
+from warp_softbody.replacing import replacing
 
 DATA = files("warp_softbody.characters") / "data"
 
@@ -43,24 +42,19 @@ def load_recipe(name: str) -> Recipe:
 
 
 def save(mesh: TetMesh, recipe: Recipe, folder: Path) -> None:
-    """Write mesh and recipe into a folder, each under a temporary name first.
+    """Write mesh and recipe into a folder, each in one step.
 
     Raises:
         OutputError: the folder cannot be written.
     """
-    partials = {kind: folder / f".{recipe.name}.partial.{kind}" for kind in ("npz", "json")}
+    array, text = (folder / f"{recipe.name}.{kind}" for kind in ("npz", "json"))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(partials["npz"], points=mesh.points, tets=mesh.tets)
-        partials["json"].write_text(recipe.to_json(), encoding="utf-8")
-        for kind, partial in partials.items():
-            os.replace(partial, folder / f"{recipe.name}.{kind}")
+        with replacing(array) as new_array, replacing(text) as new_text:
+            np.savez_compressed(new_array, points=mesh.points, tets=mesh.tets)
+            new_text.write_text(recipe.to_json(), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    finally:
-        for partial in partials.values():
-            with contextlib.suppress(OSError):
-                partial.unlink(missing_ok=True)
 
 
 def _check_name(name: str) -> None:

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from warp_softbody.cli.output import say
 from warp_softbody.errors import InputError
 
 
@@ -15,6 +16,10 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **keywords: Any) -> None:
         """Make a parser; subparsers are made in the same way."""
         super().__init__(**{**keywords, "allow_abbrev": False})
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print help and version as everything else."""
+        say(message.rstrip("\n"))
 
     def error(self, message: str) -> NoReturn:
         """Raise what argparse would print below the usage."""

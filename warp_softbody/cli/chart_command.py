@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.arguments import whole
+from warp_softbody.cli.output import complain, note, say
 from warp_softbody.errors import InputError, MissingExtraError, OutputError, SoftBodyError
 
 if TYPE_CHECKING:
@@ -68,11 +69,13 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: the sentence for the user.
     """
+    from warp_softbody.accuracy.files import require_folder
     from warp_softbody.accuracy.peers import require_peers
     from warp_softbody.accuracy.picture import require_matplotlib
 
     cases = _cases(args.scene)
     require_matplotlib()
+    require_folder(args.out)
     if args.peers:
         require_peers()
     told: list[dict[str, Any]] = []
@@ -91,12 +94,11 @@ def run(args: argparse.Namespace) -> int:
                 raise
             failed.append(case.scene)
             kind = "" if isinstance(error, SoftBodyError) else f"{type(error).__name__}: "
-            sentence = " ".join(f"no chart of {case.scene}: {kind}{error}".split())
-            print(f"warp-softbody: {sentence}", file=sys.stderr, flush=True)
+            complain(f"no chart of {case.scene}: {kind}{error}")
     if args.json:
-        print(json.dumps({"charts": told, "failed": failed}, allow_nan=False))
+        say(json.dumps({"charts": told, "failed": failed}, allow_nan=False))
     if failed:
-        print(f"warp-softbody: failed: {', '.join(failed)}", file=sys.stderr)
+        complain(f"failed: {', '.join(failed)}")
     return FAILED if failed else 0
 
 
@@ -106,11 +108,10 @@ def _made(case: Case, args: argparse.Namespace, executor: Executor) -> dict[str,
     from warp_softbody.accuracy.picture import draw
 
     chart = charted(case, args, executor, args.journal or args.out / "journal")
-    table, note = write_tables(chart, args.out)
-    picture = draw(chart, args.out / f"{case.scene}.png")
-    files = [str(path) for path in (table, note, picture)]
+    picture = args.out / f"{case.scene}.png"
+    files = [str(path) for path in (*write_tables(chart, args.out), draw(chart, picture))]
     if not args.json:
-        print("\n".join([*lines(chart), *(f"  {path}" for path in files)]), flush=True)
+        say("\n".join([*lines(chart), *(f"  {path}" for path in files)]))
     return {**as_dict(chart), "files": files}
 
 
@@ -152,7 +153,7 @@ def charted(case: Case, args: argparse.Namespace, executor: Executor, journal: P
 
 def _progress(text: str) -> None:
     if sys.stderr.isatty():
-        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+        note(f"\r\033[K{text}")
 
 
 def lines(chart: Chart) -> list[str]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+from warp_softbody.cli.output import note
 
 
 class _Messages:
@@ -23,11 +24,11 @@ class _Messages:
 
     def warning(self, message: str, category: object = None, stacklevel: int = 1) -> None:
         """Print a line."""
-        print(f"warp: {message}", file=sys.stderr)
+        note(f"warp: {message}\n")
 
     def error(self, message: str) -> None:
         """Print a line."""
-        print(f"warp: {message}", file=sys.stderr)
+        note(f"warp: {message}\n")
 
 
 @contextmanager

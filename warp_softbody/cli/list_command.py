@@ -7,6 +7,8 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from warp_softbody.cli.output import say
+
 if TYPE_CHECKING:
     from warp_softbody.scenes import SceneRecipe, Setting
 
@@ -28,9 +30,9 @@ def run(args: argparse.Namespace) -> int:
 
     recipes = [scenes.recipe(name) for name in scenes.names()]
     if args.json:
-        print(json.dumps({"scenes": [_as_dict(recipe) for recipe in recipes]}))
+        say(json.dumps({"scenes": [_as_dict(recipe) for recipe in recipes]}))
     else:
-        print("\n".join(_as_text(recipe) for recipe in recipes))
+        say("\n".join(_as_text(recipe) for recipe in recipes))
     return 0
 
 

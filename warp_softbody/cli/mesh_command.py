@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from warp_softbody.cli.output import say
 from warp_softbody.errors import InputError, MeshWarning
 
 if TYPE_CHECKING:
@@ -59,9 +60,9 @@ def run(args: argparse.Namespace) -> int:
         mesh, surface_volume = _mesh(args)
         mesh.write(args.output)
     if args.json:
-        print(_as_json(args, mesh, surface_volume))
+        say(_as_json(args, mesh, surface_volume))
     elif not args.quiet:
-        print(_as_text(mesh, surface_volume))
+        say(_as_text(mesh, surface_volume))
     return 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,8 @@ class ProgressBar:
     def __enter__(self) -> ProgressBar:
         """Show the bar."""
         if self._bar is not None:
-            self._bar.start()
+            with suppress(OSError):
+                self._bar.start()
             self._task = self._bar.add_task("loading", total=self._seconds)
         return self
 
@@ -37,7 +39,9 @@ class ProgressBar:
     ) -> None:
         """Take the bar away."""
         if self._bar is not None:
-            self._bar.stop()
+            # the terminal may have been closed
+            with suppress(OSError):
+                self._bar.stop()
 
     def compiling(self) -> None:
         """Say why nothing moves yet."""
@@ -54,7 +58,8 @@ class ProgressBar:
 
     def _update(self, *, description: str, completed: float | None = None) -> None:
         if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, description=description, completed=completed)
+            with suppress(OSError):
+                self._bar.update(self._task, description=description, completed=completed)
 
 
 def _bar() -> rich.progress.Progress:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.arguments import key_value, number, whole
 from warp_softbody.cli.engine import warp_engine
-from warp_softbody.cli.interruption import Interruption
+from warp_softbody.cli.interruption import Interrupted, Interruption, exit_code, held_back
+from warp_softbody.cli.output import complain, say
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.tune_command import share
 from warp_softbody.cli.tuned_options import tuned_engine, tuned_plan
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from warp_softbody.scenes import ScenePlan
     from warp_softbody.simulation import Simulation
 
-INTERRUPTED = 130
 DOUBTFUL = 4
 """Ran to its end, but something in the result should not be believed; the summary says what."""
 
@@ -126,12 +125,20 @@ def run(args: argparse.Namespace) -> int:
         warp_engine(args.device, progress.compiling),
     ):
         simulation = _simulation(args, plan, method)
-        failure = _record(simulation, args.seconds, recorder, interruption, progress)
+        try:
+            failure = _record(simulation, args.seconds, recorder, interruption, progress)
+        except Interrupted as interrupted:
+            if args.out is not None and recorder.has_frames:
+                interrupted.left = (
+                    f" before {str(args.out)!r} was whole; `warp-softbody recover` makes a stage "
+                    "of the frames that were kept"
+                )
+            raise
     status = _report(args, simulation, plan, method, recorder)
     if failure is not None:
         raise failure
     if interruption.asked:
-        return INTERRUPTED
+        return exit_code(interruption.number)
     return DOUBTFUL if status == "doubtful" else 0
 
 
@@ -163,7 +170,8 @@ def _precision(args: argparse.Namespace, plan: ScenePlan) -> str:
 
 
 def _recorder(args: argparse.Namespace, plan: ScenePlan, method: str) -> Recorder:
-    from warp_softbody.cli.recorder import Recorder
+    with held_back():
+        from warp_softbody.cli.recorder import Recorder
 
     return Recorder(
         plan.scene,
@@ -220,6 +228,7 @@ def _record(
     with recorder:
         try:
             for frame in simulation.run(seconds):
+                interruption.patient = True
                 recorder.write(frame)
                 simulation.count_export(recorder.last_seconds)
                 progress.reached(frame.time)
@@ -265,10 +274,10 @@ def _report(
         "tuned": args.tuned,
     }
     if args.json:
-        print(as_json(summary, more))
+        say(as_json(summary, more))
     elif not args.quiet:
-        print(as_text(summary, more, asked_time_step=args.time_step))
+        say(as_text(summary, more, asked_time_step=args.time_step))
     if args.json or args.quiet:
         for doubt in summary.findings.doubts:
-            print(f"warp-softbody: in doubt: {doubt}", file=sys.stderr)
+            complain(f"in doubt: {doubt}")
     return summary.status

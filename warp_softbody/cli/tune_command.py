@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from warp_softbody.cli.arguments import key_value, unique
 from warp_softbody.cli.chart_command import FOLDER, add_sweep_options, charted, sweep_workers
+from warp_softbody.cli.output import say
 from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: no settings hold the bound, or the sentence for another mistake.
     """
-    from warp_softbody.accuracy.store import own_file, save
+    from warp_softbody.accuracy.store import own_file, require_storable, save
     from warp_softbody.accuracy.table import case_of
     from warp_softbody.accuracy.tuning import MARGIN, choose
 
@@ -89,17 +90,18 @@ def run(args: argparse.Namespace) -> int:
     case = case_of(args.scene)
     journal = args.journal or FOLDER / "journal"
     margin = 1.0 if args.set else MARGIN
+    path = args.out or own_file()
+    require_storable(path)
     with sweep_workers(args) as executor:
         if args.set:
             tuned = _tried(with_settings(case, args.set), args, executor, journal)
         else:
             tuned = choose(charted(case, args, executor, journal), args.error)
-    path = args.out or own_file()
     save(tuned, path)
     if args.json:
-        print(json.dumps({**tuned.to_dict(), "stored": str(path)}))
+        say(json.dumps({**tuned.to_dict(), "stored": str(path)}))
     else:
-        print("\n".join(told(tuned, path)))
+        say("\n".join(told(tuned, path)))
     return 0
 
 

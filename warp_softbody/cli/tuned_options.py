@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.arguments import unique
+from warp_softbody.cli.output import note
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -84,7 +84,7 @@ def _take(args: argparse.Namespace) -> None:
             args.set = [*args.set, (name, str(knobs[name]))]
     args.tuned = {"bound": tuned.bound, "error": tuned.error, "settings": tuned.settings.to_dict()}
     if not (args.quiet or args.json):
-        print(_reminder(tuned, case.default, given), file=sys.stderr)
+        note(_reminder(tuned, case.default, given) + "\n")
 
 
 def _reminder(tuned: Tuned, default: Settings, given: Mapping[str, float]) -> str:
