@@ -1,7 +1,9 @@
-"""Constraints on the velocities of nodes relative to triangles, inside conjugate gradients.
+"""Constraints on the relative velocities of two surfaces, inside conjugate gradients.
 
-Row p of C takes velocities to u_p = v_i - sum_k w_k v_k, the node's relative to the point of the
-triangle that it touches. A sticking pair gives all of u_p, a sliding one n . u_p. With S the
+Row p of C takes velocities to u_p = sum_k w_k v_k over the four nodes of a pair, whose weights add
+up to zero: a node (1) and the corners of a triangle, or two ends of an edge and two of another. It
+is the velocity of the one point relative to the other. A sticking pair gives all of u_p, a sliding
+one n . u_p. With S the
 projector of the ground's modes, the velocities left free are the null space of N C S (N = 1 or n
 n^T), and ``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The small system is solved by
 conjugate gradients of its own, in one thread and in double precision: pairs are few beside nodes,
@@ -41,7 +43,7 @@ contradict."""
 def make_pair_rows(precision: str) -> SimpleNamespace:
     """Kernels that project vectors of nodes, and functions for the other kernels of pairs."""
     types = real(precision)
-    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    scalar, vec3, vec4, mat33 = types.scalar, types.vec3, types.vec4, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
     line = wp.constant(cg.LINE)
@@ -55,11 +57,13 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
 
     @wp.struct
     class Pairs:
-        nodes: wp.array(dtype=int)
-        corners: wp.array(dtype=wp.vec3i)
-        weights: wp.array(dtype=vec3)
+        nodes: wp.array(dtype=wp.vec4i)
+        weights: wp.array(dtype=vec4)
         normals: wp.array(dtype=vec3)
         least: wp.array(dtype=scalar)
+        roughness: wp.array(dtype=scalar)
+        found: wp.array(dtype=int)
+        found_count: wp.array(dtype=int)
         rows: wp.array(dtype=int)
         count: wp.array(dtype=int)
 
@@ -86,25 +90,31 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
 
     @func
     def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):
-        k, w = pairs.corners[c], wide(pairs.weights[c])
-        other = w[0] * wide(v[k[0]]) + w[1] * wide(v[k[1]]) + w[2] * wide(v[k[2]])
-        return wide(v[pairs.nodes[c]]) - other
+        k, w = pairs.nodes[c], pairs.weights[c]
+        u = vec3d()
+        for a in range(4):
+            u += wp.float64(w[a]) * wide(v[k[a]])
+        return u
+
+    @func
+    def relative_work(pairs: Pairs, c: int, v: wp.array(dtype=vec3d)):
+        k, w = pairs.nodes[c], pairs.weights[c]
+        u = vec3d()
+        for a in range(4):
+            u += wp.float64(w[a]) * v[k[a]]
+        return u
 
     @func
     def scatter(pairs: Pairs, c: int, force: vec3d, out: wp.array(dtype=vec3d)):
-        k, w, i = pairs.corners[c], wide(pairs.weights[c]), pairs.nodes[c]
-        out[i] = out[i] + force
-        out[k[0]] = out[k[0]] - w[0] * force
-        out[k[1]] = out[k[1]] - w[1] * force
-        out[k[2]] = out[k[2]] - w[2] * force
+        k, w = pairs.nodes[c], pairs.weights[c]
+        for a in range(4):
+            out[k[a]] = out[k[a]] + wp.float64(w[a]) * force
 
     @func
     def clear(pairs: Pairs, c: int, out: wp.array(dtype=vec3d)):
-        k = pairs.corners[c]
-        out[pairs.nodes[c]] = vec3d()
-        out[k[0]] = vec3d()
-        out[k[1]] = vec3d()
-        out[k[2]] = vec3d()
+        k = pairs.nodes[c]
+        for a in range(4):
+            out[k[a]] = vec3d()
 
     @func
     def left_free(freedom: Freedom, i: int, v: vec3d):
@@ -121,9 +131,8 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     @func
     def filter(pairs: Pairs, c: int, freedom: Freedom, v: wp.array(dtype=vec3d)):
         # a node of several pairs is filtered again to the same value
-        k, i = pairs.corners[c], pairs.nodes[c]
-        v[i] = left_free(freedom, i, v[i])
-        for a in range(3):
+        k = pairs.nodes[c]
+        for a in range(4):
             v[k[a]] = left_free(freedom, k[a], v[k[a]])
 
     @func
@@ -152,9 +161,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
             filter(pairs, pairs.rows[row], freedom, nodal)
         for row in range(count):
             c = pairs.rows[row]
-            k, w = pairs.corners[c], wide(pairs.weights[c])
-            other = w[0] * nodal[k[0]] + w[1] * nodal[k[1]] + w[2] * nodal[k[2]]
-            out[row] = given(pairs, c, modes[c], nodal[pairs.nodes[c]] - other)
+            out[row] = given(pairs, c, modes[c], relative_work(pairs, c, nodal))
 
     @func
     def solve(
@@ -228,10 +235,8 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         # each node once: what has been added is taken off the work array
         for row in range(count):
             c = pairs.rows[row]
-            k, i = pairs.corners[c], pairs.nodes[c]
-            v[i] = narrow(wide(v[i]) + factor * work.nodal[i])
-            work.nodal[i] = vec3d()
-            for a in range(3):
+            k = pairs.nodes[c]
+            for a in range(4):
                 j = k[a]
                 v[j] = narrow(wide(v[j]) + factor * work.nodal[j])
                 work.nodal[j] = vec3d()
@@ -264,7 +269,8 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         modes: wp.array(dtype=int),
     ):
         count = int(0)
-        for c in range(modes.shape[0]):
+        for number in range(pairs.found_count[0]):
+            c = pairs.found[number]
             if modes[c] != lift:
                 pairs.rows[count] = c
                 count += 1

@@ -5,100 +5,26 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import warp as wp
 
-from warp_softbody.kernels.pair_detection import make_pair_detection
 from warp_softbody.kernels.pair_modes import make_pair_modes
 from warp_softbody.kernels.pair_rows import make_pair_rows
 from warp_softbody.model import Model
+from warp_softbody.pair_detection import PairDetection, mean_edges
 from warp_softbody.state import PairStates, State
-from warp_softbody.topology import starts
-
-IntArray = npt.NDArray[np.int32]
 
 
-DEEPEST = 1.0
-"""Part of an edge's length by which a node may be inside of a body and find its way out; bodies may
-be placed so."""
-
-DEEPEST_OF_ITSELF = 0.3
-"""The same where a body can only touch itself, which it does not do at the start."""
+APPROACH = 2e-6
+"""Part of an edge's length by which a pair may close beyond its gap in a step and count as open."""
 
 
-def mean_edge(points: npt.NDArray[np.float64], surface: IntArray) -> float:
-    """Mean length of the edges of triangles, m."""
-    corners = points[surface]
-    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
-
-
-class PairDetection:
-    """Finds for every surface node the triangle that it may touch in a step.
-
-    The search tree follows the surface; it is refitted outside of captured graphs, which do not
-    record that.
-    """
-
-    def __init__(self, model: Model) -> None:
-        """Build the search tree over the surfaces of all bodies."""
-        types, mesh, scene = model.types, model.body.mesh, model.scene
-        self._model = model
-        self._kernels = make_pair_detection(model.options.precision)
-        surface = mesh.surface
-        owners = surface.ravel()
-        order = np.argsort(owners, kind="stable")
-        fan = starts(owners[order], model.node_count)
-        fan_start = np.append(fan[mesh.surface_nodes], fan[-1])
-        body = np.zeros(model.node_count, dtype=np.int32)
-        for number, part in enumerate(scene.parts):
-            body[part.nodes] = number
-        self._points = model.array(mesh.points.astype(np.float32), wp.vec3f)
-        self._tree: Any = wp.Mesh(self._points, model.array(owners, wp.int32))
-        self._fastest = model.zeros(1, types.scalar)
-        slots = np.full(model.node_count, -1, dtype=np.int32)
-        slots[mesh.surface_nodes] = np.arange(len(mesh.surface_nodes))
-        # the finest body's, so that no search reaches through a body
-        edge = min(mean_edge(c.mesh.points, c.mesh.surface) for c in scene.characters)
-        nodes, count = model.arrays["surface_nodes"], len(mesh.surface_nodes)
-        bodies = model.array(body, wp.int32)
-        depth = (DEEPEST if scene.others else DEEPEST_OF_ITSELF) * edge
-        lengths = model.array([edge, model.options.recovery_speed, depth], types.scalar)
-        step = model.arrays["step_factors"]
-        self._faces = model.array(surface, wp.vec3i)
-        self._normals = model.zeros(len(surface), types.vec3)
-        self._found = model.zeros(count, wp.vec3i)
-        self._gaps = model.zeros(count, types.scalar)
-        self._surface = [
-            nodes,
-            bodies,
-            self._tree.id,
-            self._faces,
-            model.array(fan_start, wp.int32),
-            model.array((order // 3).astype(np.int32), wp.int32),
-            model.array(mesh.points, types.vec3),
-            lengths,
-            int(scene.self_contact),
-            step,
-        ]
-        self._sides = [nodes, model.array(slots, wp.int32), bodies, lengths, step]
-
-    def find(self, state: State, pairs: Any, modes: Any) -> None:
-        """Corners, weights, normals and least speeds of all pairs, and modes of none."""
-        now = [state.positions, state.velocities]
-        self._launch(self._kernels.follow, 1, now, [self._points, self._fastest])
-        self._tree.refit()
-        inputs = [self._faces, state.positions]
-        self._launch(self._kernels.find_normals, len(self._faces), inputs, [self._normals])
-        inputs = [*self._surface, *now, self._fastest, self._normals]
-        outputs = [self._found, pairs.weights, pairs.normals, self._gaps]
-        self._launch(self._kernels.detect, len(self._gaps), inputs, outputs)
-        inputs = [*self._sides, self._found, pairs.weights, self._gaps]
-        outputs = [pairs.corners, pairs.least, modes]
-        self._launch(self._kernels.thin_out, len(self._gaps), inputs, outputs)
-
-    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
-        device = self._model.options.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+def least_of(model: Model) -> list[float]:
+    """What counts as zero: an impulse, N s, and a speed, m/s."""
+    scene, dt = model.scene, model.options.time_step
+    weight = float(model.masses.sum()) * float(np.linalg.norm(scene.gravity))
+    surface = model.body.mesh.surface
+    edge = float(mean_edges(model.body.mesh.points, surface)[surface].min())
+    return [0.0 * weight, APPROACH * edge / dt]
 
 
 class PairContact:
@@ -107,21 +33,21 @@ class PairContact:
     def __init__(self, model: Model, kinds: Any, axes: Any, matrix: Any) -> None:
         """Work arrays; ``kinds`` and ``axes`` are the ground's, ``matrix`` is M~."""
         types, n = model.types, model.node_count
-        count = len(model.body.mesh.surface_nodes)
+        count = PairStates.count(model)
         precision = model.options.precision
         self._model = model
         self._matrix = matrix
         self._rows = make_pair_rows(precision)
         self._modes = make_pair_modes(precision)
-        self._detection = PairDetection(model)
         self._pairs = self._rows.Pairs()
-        self._pairs.nodes = model.arrays["surface_nodes"]
-        self._pairs.corners = model.array(np.full((count, 3), -1, dtype=np.int32), wp.vec3i)
-        self._pairs.weights = model.zeros(count, types.vec3)
+        self._pairs.roughness = model.zeros(count, types.scalar)
+        self._pairs.found = model.zeros(count, wp.int32)
+        self._pairs.found_count = model.zeros(1, wp.int32)
         self._pairs.normals = model.zeros(count, types.vec3)
         self._pairs.least = model.zeros(count, types.scalar)
         self._pairs.rows = model.zeros(count, wp.int32)
         self._pairs.count = model.zeros(1, wp.int32)
+        self._detection = PairDetection(model, self._pairs)
         self._work = self._rows.Work()
         self._work.nodal = model.zeros(n, wp.vec3d)
         for name in "yrpq":
@@ -129,6 +55,8 @@ class PairContact:
         self._freedom = self._rows.Freedom()
         self._freedom.kinds, self._freedom.axes = kinds, axes
         self._right = model.zeros(n, types.vec3)
+        self._largest_impulse = model.zeros(1, types.scalar)
+        self._tolerances = model.array(least_of(model), types.scalar)
         self._changed = model.zeros(count, wp.int32)
         pair = wp.types.vector(length=2, dtype=types.scalar)
         self._violations = model.zeros(count, pair)
@@ -140,14 +68,19 @@ class PairContact:
 
     def find(self, state: State, pairs: PairStates) -> None:
         """The pairs of a step, from where it starts; a node that has none lifts."""
-        self._detection.find(state, self._pairs, pairs.modes)
+        self._detection.find(state, pairs)
+
+    def _bound(self, pairs: PairStates) -> Any:
+        """The struct that kernels take, on the caller's states."""
+        self._pairs.nodes, self._pairs.weights = pairs.nodes, pairs.weights
+        return self._pairs
 
     def _shared(self, pairs: PairStates) -> list[Any]:
-        return [self._pairs, pairs.modes, self._freedom, self._work]
+        return [self._bound(pairs), pairs.modes, self._freedom, self._work]
 
     def impose(self, pairs: PairStates, x: Any) -> None:
         """Launch the relative velocities that the modes give."""
-        self._launch(self._rows.list_rows, [self._pairs, pairs.modes], [])
+        self._launch(self._rows.list_rows, [self._bound(pairs), pairs.modes], [])
         self._launch(self._rows.impose, self._shared(pairs), [x])
 
     def finish_residual(self, pairs: PairStates, x: Any, r: Any, partial: Any) -> None:
@@ -167,15 +100,17 @@ class PairContact:
     def find_impulses(self, pairs: PairStates, x: Any, right: Any, r: Any) -> Any:
         """Launch the pairs' impulses; the right side with them, as the ground's contacts see it."""
         inputs = [*self._shared(pairs), pairs.friction_forces, pairs.slip_stiffness, x, right]
-        self._launch(self._modes.find_impulses, inputs, [r, pairs.impulses, self._right])
+        outputs = [r, pairs.impulses, self._right, self._largest_impulse]
+        self._launch(self._modes.find_impulses, inputs, outputs)
         return self._right
 
     def update(self, pairs: PairStates, x: Any, counters: Any, scalars: Any) -> None:
         """Launch the choice of modes."""
         a = self._model.arrays
         friction = float(self._model.scene.body_friction)
-        law = [a["fixed"], a["diagonal_slot"], friction, a["contact_tolerances"]]
-        inputs = [*law, self._pairs, self._matrix, x, pairs.impulses, counters, scalars]
+        law = [a["fixed"], a["diagonal_slot"], friction, self._tolerances]
+        inputs = [*law, self._bound(pairs), self._matrix, x, pairs.impulses, self._largest_impulse]
+        inputs += [counters, scalars]
         outputs = [pairs.modes, pairs.slip_velocities, pairs.friction_forces]
         outputs += [pairs.slip_stiffness, self._changed, self._violations]
         self._launch(self._modes.update_pairs, inputs, outputs, dim=self._count)
@@ -184,13 +119,13 @@ class PairContact:
         self, pairs: PairStates, right: Any, ground_frictions: Any, right_with_slip: Any
     ) -> None:
         """Launch the right side with the friction forces of sliding pairs and nodes."""
-        inputs = [self._pairs, pairs.modes, pairs.friction_forces, right, ground_frictions]
+        inputs = [self._bound(pairs), pairs.modes, pairs.friction_forces, right, ground_frictions]
         self._launch(self._modes.add_frictions, inputs, [right_with_slip])
 
     def conclude(self, pairs: PairStates, counters: Any, largest_violations: Any) -> None:
         """Launch the count of changes, after the ground's."""
         passes = self._model.options.max_contact_passes
-        inputs = [passes, self._changed, pairs.modes, self._violations]
+        inputs = [passes, self._bound(pairs), self._changed, pairs.modes, self._violations]
         self._launch(self._modes.conclude_pairs, inputs, [counters, largest_violations])
 
 
