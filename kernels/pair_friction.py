@@ -21,6 +21,9 @@ from warp_softbody.kernels.precision import real
 SLOW = 1e-3
 """Part of the bound that a pair's own block answers with a speed that counts as none."""
 
+BEYOND = 1e-2
+"""Part of the bound by which friction may exceed it before a pair begins to slide."""
+
 MISSED = 5e-2
 """Part of the bound by which the law may be missed while the sliding speed changes."""
 
@@ -40,6 +43,7 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
     newton_passes, last_passes = wp.constant(NEWTON_PASSES), wp.constant(LAST_PASSES)
     stick, slide = wp.constant(STICK), wp.constant(SLIDE)
     slow_share, missed = wp.constant(scalar(SLOW)), wp.constant(scalar(MISSED))
+    beyond = wp.constant(scalar(BEYOND))
     shrunk, late_excess = wp.constant(scalar(SHRUNK)), wp.constant(scalar(LATE_EXCESS))
     tiny = wp.constant(scalar(types.tiny))
 
@@ -88,7 +92,7 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
         size = wp.length(trial)
         speed = wp.length(sliding)
         slowest = slow_share * bound / weight + tiny
-        excess = slow_share * bound + left
+        excess = beyond * bound + left
         if passes >= last_passes:
             excess += (late_excess - scalar(1.0)) * bound
         slips = size > bound + excess
