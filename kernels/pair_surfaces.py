@@ -33,6 +33,7 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
         slots: wp.array(dtype=int)
         sizes: wp.array(dtype=scalar)
         node_body: wp.array(dtype=int)
+        fixed: wp.array(dtype=int)
         rank: wp.array(dtype=int)
         faces: wp.array(dtype=wp.vec3i)
         face_normals: wp.array(dtype=vec3)

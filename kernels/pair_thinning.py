@@ -22,6 +22,10 @@ AS_CLOSE = 0.02
 HALF_HELD = 0.005
 """The same for an edge where only one of its ends has met the other body."""
 
+FAR = 0.5
+"""Part of an edge's length from which on two free bodies meet without friction in a step: between
+points so far apart it would turn both."""
+
 DENSER = 0.9
 """Ratio of the mean spacing of nodes below which one side is denser; else the bodies' rank says."""
 
@@ -35,6 +39,7 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
     Surfaces = make_pair_surfaces(precision).Surfaces
     Edges = make_pair_edges(precision).Edges
     as_close, denser = wp.constant(scalar(AS_CLOSE)), wp.constant(scalar(DENSER))
+    far = wp.constant(scalar(FAR))
     half_held = wp.constant(scalar(HALF_HELD))
 
     @kernel
@@ -85,6 +90,7 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
         nodes: wp.array(dtype=wp.vec4i),
         signed_weights: wp.array(dtype=vec4),
         least: wp.array(dtype=scalar),
+        roughness: wp.array(dtype=scalar),
     ):
         # in one body the higher number gives way
         c = wp.tid()
@@ -93,6 +99,7 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
         if k[0] < 0:
             return
         body, other = s.node_body[i], s.node_body[k[0]]
+        edge = wp.min(s.sizes[c], s.sizes[s.slots[k[0]]])
         covered = i > k[0] and i > k[1] and i > k[2]
         if body != other:
             covered = gives_way(s, spacing, body, other)
@@ -107,7 +114,7 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
                 elif s.node_body[back[0]] != body:
                     covered = False
                 gap += w[a] * gaps[slot]
-            slack = as_close * wp.min(s.sizes[c], s.sizes[s.slots[k[0]]])
+            slack = as_close * edge
             if modes[c] != 0:
                 slack = -slack
             covered = covered and gap < gaps[c] + slack
@@ -115,6 +122,8 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
             nodes[c] = wp.vec4i(i, k[0], k[1], k[2])
             signed_weights[c] = vec4(scalar(1.0), -w[0], -w[1], -w[2])
             least[c] = wp.min(-gaps[c] / s.step_factors[0], recovery_speed)
+            if gaps[c] > far * edge and s.fixed[i] == 0 and s.fixed[k[0]] == 0:
+                roughness[c] = scalar(0.0)
 
     @func
     def covers(
@@ -157,6 +166,7 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
         found: wp.array(dtype=wp.vec3i),
         node_gaps: wp.array(dtype=scalar),
         deep: wp.array(dtype=int),
+        deep_edges: wp.array(dtype=int),
         crossed: wp.array(dtype=int),
         places: wp.array(dtype=vec4),
         edge_normals: wp.array(dtype=vec3),
@@ -183,12 +193,15 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
         own, other = s.node_body[k[0]], s.node_body[j[0]]
         held = covers(s, found, node_gaps, deep, k, w[1], other, gap, size, touched)
         held = held or covers(s, found, node_gaps, deep, j, -w[3], own, gap, size, touched)
-        if not held:
+        sunken = deep_edges[number / 2] >= 0
+        if sunken or not held:
             nodes[c] = wp.vec4i(k[0], k[1], j[0], j[1])
             signed_weights[c] = w
             normals[c] = edge_normals[number]
             least[c] = wp.min(-gap / s.step_factors[0], recovery_speed)
-            roughness[c] = scalar(1.0)
+            free = s.fixed[k[0]] == 0 and s.fixed[j[0]] == 0
+            smooth = sunken or (gap > far * size and free)
+            roughness[c] = wp.where(smooth, scalar(0.0), scalar(1.0))
 
     @kernel
     def list_found(

@@ -71,7 +71,7 @@ class PairDetection:
         self._make_surfaces()
         self._make_fans()
         self._make_found()
-        self._crossing = CrossingEdges(model, self._surfaces) if model.scene.others else None
+        self._crossing = CrossingEdges(model, self._surfaces)
 
     def _make_surfaces(self) -> None:
         model = self._model
@@ -87,6 +87,7 @@ class PairDetection:
         s.slots = model.array(slots, wp.int32)
         sizes = mean_edges(mesh.points, mesh.surface)[mesh.surface_nodes]
         s.sizes = model.array(sizes, types.scalar)
+        s.fixed = model.arrays["fixed"]
         s.node_body = model.array(scene.node_bodies, wp.int32)
         s.rank = model.array(rank_of(scene), wp.int32)
         s.faces = model.array(mesh.surface, wp.vec3i)
@@ -146,10 +147,13 @@ class PairDetection:
         inputs = [s, *self._fans, int(self._model.scene.self_contact), x, state.velocities]
         met = [self._corners, self._weights, found.normals, self._gaps]
         self._launch(self._detection.detect, count, inputs, [self._areas, *met, self._deep])
-        if bodies > 1:
-            inputs = [s, self._areas, self._corners, self._gaps, self._deep]
+        several, edges = bodies > 1, self._crossing
+        if several:
+            edges.launch(state, self._corners, self._deep)
+            inputs = [s, edges.edges, self._areas, self._corners, self._gaps, self._deep]
             outputs = [self._ways, self._totals, self._overlaps]
-            self._launch(self._overlap.find_ways, 1, inputs, outputs)
+            self._launch(self._overlap.find_ways, 1, [*inputs, edges.deep], outputs)
+            edges.launch_ways(state, self._ways)
         inputs = [s, x, self._deep, self._ways]
         self._launch(self._overlap.leave, count, inputs, [*met, found.roughness])
         outputs = [self._totals, self._numbers]
@@ -157,11 +161,10 @@ class PairDetection:
         speed = float(self._model.options.recovery_speed)
         met = [self._corners, self._weights, self._gaps, self._deep]
         inputs = [s, self._totals, speed, *met, pairs.modes]
-        outputs = [pairs.nodes, pairs.weights, found.least]
+        outputs = [pairs.nodes, pairs.weights, found.least, found.roughness]
         self._launch(self._thinning.thin_nodes, count, inputs, outputs)
-        if self._crossing is not None:
-            met = [self._corners, self._gaps, self._deep]
-            self._crossing.launch(state, met, found, pairs)
+        if several:
+            edges.launch_thinning([self._corners, self._gaps, self._deep], found, pairs)
         outputs = [found.found, found.found_count, pairs.modes]
         self._launch(self._thinning.list_found, 1, [pairs.nodes], outputs)
 
@@ -171,38 +174,58 @@ class PairDetection:
 
 
 class CrossingEdges:
-    """Finds sharp edges of one body across those of another."""
+    """Finds sharp edges of one body across those of another, and edges that lead through one.
+
+    Attributes:
+        edges: of all bodies, as the kernels see them.
+        deep: (e,) int, the body that an edge leads through; -1 for none.
+    """
 
     def __init__(self, model: Model, surfaces: Any) -> None:
-        """Arrays for the edges of all bodies."""
+        """Arrays for the edges of all bodies; none where there is one body."""
         types, precision = model.types, model.options.precision
         self._model = model
         self._surfaces = surfaces
         self._kernels = make_pair_edges(precision)
+        self._overlap = make_pair_overlap(precision)
         self._thinning = make_pair_thinning(precision)
         found = SurfaceEdges.of(model.body.mesh.surface)
-        count = len(found.ends)
-        self._edges = self._kernels.Edges()
-        self._edges.ends = model.array(found.ends, wp.vec2i)
-        self._edges.faces = model.array(found.faces, wp.vec2i)
-        self._edges.opposite = model.array(found.opposite, wp.vec2i)
-        self._edges.of_face = model.array(found.of_face, wp.vec3i)
-        self._count = count
+        count = self._count = len(found.ends) if model.scene.others else 0
+        self.edges = self._kernels.Edges()
+        self.edges.ends = model.array(found.ends[:count], wp.vec2i)
+        self.edges.faces = model.array(found.faces[:count], wp.vec2i)
+        self.edges.opposite = model.array(found.opposite[:count], wp.vec2i)
+        self.edges.of_face = model.array(found.of_face, wp.vec3i)
+        self.deep = model.zeros(count, wp.int32)
+        self._inner = model.zeros(count, types.scalar)
         self._crossed = model.zeros(2 * count, wp.int32)
         self._places = model.zeros(2 * count, types.vec4)
         self._normals = model.zeros(2 * count, types.vec3)
         self._gaps = model.zeros(2 * count, types.scalar)
+        self._met = [self._crossed, self._places, self._normals, self._gaps]
 
-    def launch(self, state: State, nodes_met: list[Any], found: Any, pairs: PairStates) -> None:
-        """Launch the search; ``nodes_met`` are corners, gaps and depths of the nodes' pairs."""
-        device, s = self._model.options.device, self._surfaces
-        inputs = [s, self._edges, state.positions, state.velocities]
-        outputs = [self._crossed, self._places, self._normals, self._gaps]
-        kernel = self._kernels.cross_edges
-        wp.launch(kernel, dim=self._count, inputs=inputs, outputs=outputs, device=device)
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def launch(self, state: State, corners: Any, deep: Any) -> None:
+        """Launch the search; the arguments are those of the nodes' pairs."""
+        inputs = [self._surfaces, self.edges, state.positions]
+        moving = [*inputs, state.velocities]
+        self._launch(self._kernels.cross_edges, self._count, moving, self._met)
+        outputs = [self.deep, self._inner]
+        self._launch(self._overlap.sink_edges, self._count, [*inputs, corners, deep], outputs)
+
+    def launch_ways(self, state: State, ways: Any) -> None:
+        """Launch what draws edges out of bodies the given ways."""
+        inputs = [self._surfaces, self.edges, state.positions, self.deep, self._inner, ways]
+        self._launch(self._overlap.draw_out, self._count, inputs, self._met)
+
+    def launch_thinning(self, nodes_met: list[Any], found: Any, pairs: PairStates) -> None:
+        """Launch the choice; ``nodes_met`` are corners, gaps and depths of the nodes' pairs."""
         speed = float(self._model.options.recovery_speed)
         first = len(self._model.body.mesh.surface_nodes)
-        inputs = [s, self._edges, speed, *nodes_met, *outputs, first, pairs.modes]
+        inputs = [self._surfaces, self.edges, speed, *nodes_met, self.deep, *self._met]
         outputs = [pairs.nodes, pairs.weights, found.normals, found.least, found.roughness]
         kernel = self._thinning.thin_edges
-        wp.launch(kernel, dim=2 * self._count, inputs=inputs, outputs=outputs, device=device)
+        self._launch(kernel, 2 * self._count, [*inputs, first, pairs.modes], outputs)
