@@ -214,20 +214,30 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         # in and out
         counters: wp.array(dtype=int),
         largest_violations: wp.array(dtype=vec2),
+        # out
+        unsettled: wp.array(dtype=int),
+        worst: wp.array(dtype=int),
     ):
         # on top of what ``conclude_pass`` made of the ground's contacts
         total = int(0)
         touching = int(0)
         largest = largest_violations[0]
+        most = scalar(0.0)
+        worst[0] = -1
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             total += changed[c]
             largest = wp.max(largest, violations[c])
+            size = wp.max(violations[c][0], violations[c][1])
+            if size > most:
+                most = size
+                worst[0] = c
             if modes[c] != lift:
                 touching += 1
         counters[TOUCHING] = counters[TOUCHING] + touching
         counters[CHANGED] = counters[CHANGED] + total
         largest_violations[0] = largest
+        unsettled[0] = total
         if total > 0:
             counters[AGAIN] = wp.where(counters[PASSES] < max_passes, 1, 0)
             counters[stopping.LOOSE] = wp.where(counters[PASSES] < max_passes - 1, 1, 0)

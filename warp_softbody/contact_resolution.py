@@ -101,13 +101,31 @@ class ContactResolution:
 
         again = contact_kernels.AGAIN
         wp.capture_while(self._solver.counters[again : again + 1], settle)
+        if self._pairs is not None:
+            wp.capture_if(self._pairs.unsettled, lambda: self._launch_ending(contacts))
+
+    def _launch_ending(self, contacts: Contacts) -> None:
+        """Launch the end of a step whose pairs did not settle: their impulses as given forces."""
+        if self._pairs is None or contacts.pairs is None:
+            return
+        known = [self.right, contacts.friction_forces, self.right_with_slip]
+        self._pairs.clip(contacts.pairs)
+        self._pairs.add_impulses(contacts.pairs, 0.0, *known)
+        self._launch_pass(contacts, apart=True)
+        self._pairs.keep(self.x)
+        self._pairs.add_impulses(contacts.pairs, 1.0, *known)
+        self._solver.solve(self.right_with_slip, contacts.slip_stiffness, self.x)
+        self._pairs.end(contacts.pairs, self.x)
 
     def _add_pair_frictions(self, contacts: Contacts) -> None:
         if self._pairs is not None and contacts.pairs is not None:
             known = [self.right, contacts.friction_forces, self.right_with_slip]
             self._pairs.add_frictions(contacts.pairs, *known)
 
-    def _launch_pass(self, contacts: Contacts, *, renew: bool = False, first: bool = False) -> None:
+    def _launch_pass(
+        self, contacts: Contacts, *, renew: bool = False, first: bool = False, apart: bool = False
+    ) -> None:
+        """Launch a solve with the present modes; ``apart`` leaves out what pairs hold."""
         m, a, k = self._model, self._model.arrays, self._kernels
         if m.contact_count:
             inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
@@ -119,7 +137,7 @@ class ContactResolution:
             self.preconditioner.renew(freedom)
         self.preconditioner.prepare(freedom)
         rows = None
-        if self._pairs is not None and contacts.pairs is not None:
+        if self._pairs is not None and contacts.pairs is not None and not apart:
             self._pairs.impose(contacts.pairs, self.x)
             rows = PairRows(self._pairs, contacts.pairs)
         slip_stiffness = contacts.slip_stiffness
@@ -179,6 +197,8 @@ class ContactResolution:
         eased = float(np.sqrt(target / floor)) if floor > 0.0 else 1.0
         dt = options.time_step
         signorini, coulomb = (float(v) / dt for v in self._largest_violations.numpy()[0])
+        settled = int(counters[contact_kernels.CHANGED]) == 0
+        worst = None if settled or self._pairs is None else self._pairs.worst()
         return StepStatistics(
             iterations=iterations,
             passes=passes,
@@ -186,10 +206,11 @@ class ContactResolution:
             residual=options.solver_tolerance * eased,
             renewed=renewed,
             converged=int(counters[stopping.UNCONVERGED]) == 0,
-            contact_converged=int(counters[contact_kernels.CHANGED]) == 0,
+            contact_converged=settled,
             finite=bool(np.isfinite(scalars[stopping.LAST_SQUARE])),
             resolved=resolved,
             fastest=fastest,
             signorini=signorini,
             coulomb=coulomb,
+            worst_pair=worst,
         )

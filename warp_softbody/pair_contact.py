@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody.kernels.pair_ending import make_pair_ending
 from warp_softbody.kernels.pair_modes import make_pair_modes
 from warp_softbody.kernels.pair_rows import make_pair_rows
 from warp_softbody.model import Model
@@ -28,7 +29,11 @@ def least_of(model: Model) -> list[float]:
 
 
 class PairContact:
-    """Rows, projections and modes of pairs; launches are capturable but for `find`."""
+    """Rows, projections and modes of pairs; launches are capturable but for `find`.
+
+    Attributes:
+        unsettled: (1,) int, pairs whose modes or frictions the last pass changed.
+    """
 
     def __init__(self, model: Model, kinds: Any, axes: Any, matrix: Any) -> None:
         """Work arrays; ``kinds`` and ``axes`` are the ground's, ``matrix`` is M~."""
@@ -55,6 +60,10 @@ class PairContact:
         self._freedom = self._rows.Freedom()
         self._freedom.kinds, self._freedom.axes = kinds, axes
         self._right = model.zeros(n, types.vec3)
+        self._without = model.zeros(n, types.vec3)
+        self._ending = make_pair_ending(precision)
+        self.unsettled = model.zeros(1, wp.int32)
+        self._worst = model.zeros(1, wp.int32)
         self._largest_impulse = model.zeros(1, types.scalar)
         self._tolerances = model.array(least_of(model), types.scalar)
         self._changed = model.zeros(count, wp.int32)
@@ -126,7 +135,39 @@ class PairContact:
         """Launch the count of changes, after the ground's."""
         passes = self._model.options.max_contact_passes
         inputs = [passes, self._bound(pairs), self._changed, pairs.modes, self._violations]
-        self._launch(self._modes.conclude_pairs, inputs, [counters, largest_violations])
+        outputs = [counters, largest_violations, self.unsettled, self._worst]
+        self._launch(self._modes.conclude_pairs, inputs, outputs)
+
+    def worst(self) -> tuple[str, str] | None:
+        """Names of the two bodies whose pair missed the laws most in the last pass, if any did."""
+        slot = int(self._worst.numpy()[0])
+        if slot < 0:
+            return None
+        scene, nodes = self._model.scene, self._pairs.nodes.numpy()[slot]
+        # the other side's node is the third of an edge's pair, and one of the others of a node's
+        first, second = scene.node_bodies[nodes[[0, 2]]]
+        return scene.parts[first].name, scene.parts[second].name
+
+    def clip(self, pairs: PairStates) -> None:
+        """Launch the cut of all impulses to what the laws allow."""
+        friction = float(self._model.scene.body_friction)
+        self._launch(self._ending.clip, [self._bound(pairs), friction], [pairs.impulses])
+
+    def add_impulses(
+        self, pairs: PairStates, part: float, right: Any, ground_frictions: Any, out: Any
+    ) -> None:
+        """Launch the right side with a part of the pairs' impulses as given forces."""
+        inputs = [self._bound(pairs), part, pairs.impulses, right, ground_frictions]
+        self._launch(self._ending.add_impulses, inputs, [out])
+
+    def keep(self, x: Any) -> None:
+        """Launch the copy of the velocities without the pairs' impulses."""
+        wp.copy(self._without, x)
+
+    def end(self, pairs: PairStates, x: Any) -> None:
+        """Launch the choice of how much of the impulses acts, from x with all of them."""
+        inputs = [self._bound(pairs), self._without]
+        self._launch(self._ending.end, inputs, [pairs.impulses, x])
 
 
 class PairRows:

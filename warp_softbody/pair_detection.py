@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warp_softbody.coincidence import refuse_coincident
 from warp_softbody.kernels.pair_detection import make_pair_detection
 from warp_softbody.kernels.pair_edges import make_pair_edges
 from warp_softbody.kernels.pair_overlap import make_pair_overlap
@@ -60,6 +61,7 @@ class PairDetection:
 
     def __init__(self, model: Model, pairs: Any) -> None:
         """Build the search tree over the surfaces of all bodies; ``pairs`` is what is written."""
+        refuse_coincident(model.scene)
         precision = model.options.precision
         self._model = model
         self._pairs = pairs

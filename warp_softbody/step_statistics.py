@@ -25,6 +25,8 @@ class StepStatistics:
             at it, or the one that would stop it where it sinks, over dt (docs/contact.md).
         coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
             one that the law demands at its velocity and normal impulse, over dt.
+        worst_pair: names of the two bodies whose contact missed the laws most, where contact did
+            not settle and surfaces touch each other.
     """
 
     iterations: int
@@ -39,3 +41,4 @@ class StepStatistics:
     fastest: float
     signorini: float
     coulomb: float
+    worst_pair: tuple[str, str] | None = None
