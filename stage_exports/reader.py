@@ -37,9 +37,10 @@ class Take:
         skin_faces: (t, 3) indices of skin points.
         fiber_points: (f, s, 2, 3) m, both ends of each muscle segment.
         activations: (f, s) l_d / l_0.
-        contacts: touching nodes, one sample a frame, without their numbers; empty ones where
-            there is nothing to touch.
-        patches: what the controller planned for its patches, likewise.
+        contacts: touching nodes, one sample a frame; empty ones where there is nothing to touch.
+            All that acts on the body; bodies on the other side in the order of `body_names`, nodes
+            in their numbers. Stages of older versions do not tell nodes and other sides.
+        patches: what the controller planned for its patches, without numbers.
         ground: what it moved on, or None.
         metadata: what the writer was given.
     """
@@ -178,9 +179,24 @@ def _contacts(prim: Any, codes: list[float]) -> tuple[ContactSample, ...]:
             points=_floats(_value(prim, "points", code)).reshape(-1, 3),
             modes=_integers(_value(prim, conventions.CONTACT_MODE, code)),
             forces=_floats(_value(prim, conventions.CONTACT_FORCE, code)).reshape(-1, 3),
+            **_partners(prim, code),
         )
         for code in codes
     )
+
+
+def _partners(prim: Any, code: float) -> dict[str, Any]:
+    """Nodes and other sides of contacts, where a stage tells them."""
+    if not prim.HasAttribute(conventions.CONTACT_PARTNER):
+        return {}
+    corners = _value(prim, conventions.CONTACT_PARTNER_NODES, code)
+    weights = _value(prim, conventions.CONTACT_PARTNER_WEIGHTS, code)
+    return {
+        "nodes": _integers(_value(prim, conventions.CONTACT_NODE, code)),
+        "partners": _integers(_value(prim, conventions.CONTACT_PARTNER, code)),
+        "partner_nodes": _integers(corners).reshape(-1, 3),
+        "partner_weights": _floats(weights).reshape(-1, 3),
+    }
 
 
 def _triple(value: npt.ArrayLike) -> tuple[float, float, float]:
