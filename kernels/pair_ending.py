@@ -1,10 +1,14 @@
 """How a step ends whose pairs did not settle: safe, though not exact.
 
-The impulses of the last pass are cut to what the laws allow, none that pulls and none outside its
-cone, and act as given forces. Where they would add energy at the velocities that follow, beyond
-what pushes sunken bodies apart, all of them are scaled down until they do not: with x0 the
-velocities without them and x1 with them, the power is ``a (1 - a) f . C x0 + a^2 f . C x1`` for a
-part a of them.
+Pairs that pressed hold their normal velocity, and their friction, cut to its cone, is a given force.
+What then pulls is let go, what leaves its cone is cut again, and friction that drives what it
+should brake is left out, round by round: nothing is taken up again, so this comes to an end, and no
+energy is gained but by what pushes sunken bodies apart.
+
+Should the rounds not suffice, the impulses as they are, cut to the laws, act as given forces. Where
+they would add energy at the velocities that follow, all of them are scaled down until they do not:
+with x0 the velocities without them and x1 with them, the power of a part a of them is
+``a (1 - a) f . C x0 + a^2 f . C x1``.
 """
 
 from functools import cache
@@ -12,19 +16,105 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels.contact_modes import LIFT, SLIDE
+from warp_softbody.kernels.pair_modes import LEAST_SHARE
 from warp_softbody.kernels.pair_rows import SUBJECT, make_pair_rows
 from warp_softbody.kernels.precision import real
+
+MOST_ROUNDS = 8
+
+CUT = 1e-3
+"""Part of the bound by which friction may exceed it before it is cut again."""
 
 
 @cache
 def make_pair_ending(precision: str) -> SimpleNamespace:
-    """Kernels ``clip``, ``add_impulses`` and ``end``, in this order, with a solve before ``end``."""
+    """Kernels ``begin_rounds``, ``prune``; ``clip``, ``add_impulses`` and ``end``."""
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     rows = make_pair_rows(precision)
     Pairs, relative, wide, narrow = rows.Pairs, rows.relative, rows.wide, rows.narrow
+    lift, slide = wp.constant(LIFT), wp.constant(SLIDE)
     zero, one = wp.constant(wp.float64(0.0)), wp.constant(wp.float64(1.0))
+    least_share, cut = wp.constant(scalar(LEAST_SHARE)), wp.constant(scalar(CUT))
+    most_rounds = wp.constant(MOST_ROUNDS)
+
+    @func
+    def split(pairs: Pairs, c: int, friction_coefficient: scalar, impulse: vec3):
+        # what the laws allow of an impulse: its normal part, and friction within the cone
+        n = pairs.normals[c]
+        along = wp.dot(n, impulse)
+        normal = wp.max(along, scalar(0.0))
+        friction = impulse - along * n
+        bound = pairs.roughness[c] * friction_coefficient * normal
+        size = wp.length(friction)
+        if size > bound:
+            friction = (bound / size) * friction
+        return normal, friction
+
+    @kernel
+    def begin_rounds(
+        # in
+        pairs: Pairs,
+        friction_coefficient: scalar,
+        impulses: wp.array(dtype=vec3),
+        # out
+        modes: wp.array(dtype=int),
+        frictions: wp.array(dtype=vec3),
+        rounds: wp.array(dtype=int),
+    ):
+        # rounds: whether to go on, how many there were, whether they did not suffice
+        for number in range(pairs.found_count[0]):
+            c = pairs.found[number]
+            normal, friction = split(pairs, c, friction_coefficient, impulses[c])
+            modes[c] = wp.where(normal > scalar(0.0), slide, lift)
+            frictions[c] = friction
+        rounds[0] = 1
+        rounds[1] = 0
+        rounds[2] = 0
+
+    @kernel
+    def prune(
+        # in
+        pairs: Pairs,
+        friction_coefficient: scalar,
+        largest_impulse: wp.array(dtype=scalar),
+        impulses: wp.array(dtype=vec3),
+        x: wp.array(dtype=vec3),
+        # in and out
+        modes: wp.array(dtype=int),
+        frictions: wp.array(dtype=vec3),
+        rounds: wp.array(dtype=int),
+    ):
+        changes = int(0)
+        none = least_share * largest_impulse[0]
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            n = pairs.normals[c]
+            normal, friction = split(pairs, c, friction_coefficient, impulses[c])
+            if wp.dot(n, impulses[c]) < -none:
+                modes[c] = lift
+                frictions[c] = vec3()
+                changes += 1
+            else:
+                size = wp.length(frictions[c])
+                bound = pairs.roughness[c] * friction_coefficient * normal
+                if size > (scalar(1.0) + cut) * bound + none:
+                    frictions[c] = (bound / size) * frictions[c]
+                    changes += 1
+                u = narrow(relative(pairs, c, x))
+                drives = wp.dot(frictions[c], u - wp.dot(n, u) * n)
+                if drives > cut * wp.length(frictions[c]) * wp.length(u):
+                    frictions[c] = vec3()
+                    changes += 1
+        rounds[1] = rounds[1] + 1
+        rounds[0] = 0
+        if changes > 0:
+            if rounds[1] < most_rounds:
+                rounds[0] = 1
+            else:
+                rounds[2] = 1
 
     @kernel
     def clip(
@@ -34,17 +124,10 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         # in and out
         impulses: wp.array(dtype=vec3),
     ):
-        # the modes chosen last are where the next step begins
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
-            n = pairs.normals[c]
-            normal = wp.max(wp.dot(n, impulses[c]), scalar(0.0))
-            friction = impulses[c] - wp.dot(n, impulses[c]) * n
-            bound = pairs.roughness[c] * friction_coefficient * normal
-            size = wp.length(friction)
-            if size > bound:
-                friction = (bound / size) * friction
-            impulses[c] = normal * n + friction
+            normal, friction = split(pairs, c, friction_coefficient, impulses[c])
+            impulses[c] = normal * pairs.normals[c] + friction
 
     @kernel
     def add_impulses(
@@ -96,4 +179,6 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         for i in range(x.shape[0]):
             x[i] = narrow((one - part) * wide(without[i]) + part * wide(x[i]))
 
-    return SimpleNamespace(clip=clip, add_impulses=add_impulses, end=end)
+    return SimpleNamespace(
+        begin_rounds=begin_rounds, prune=prune, clip=clip, add_impulses=add_impulses, end=end
+    )

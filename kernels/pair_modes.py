@@ -2,7 +2,7 @@
 
 Velocity and impulse are those of the one side relative to the other; the nodes of both bear the
 impulse by their weights. A pair's own block is that of the two sides in series. An impulse counts
-as none below a millionth of the largest of any pair, or of what the body weighs in a step.
+as none below a millionth of the largest of any pair.
 """
 
 from functools import cache
@@ -104,7 +104,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         fixed: wp.array(dtype=int),
         diagonal_slot: wp.array(dtype=int),
         friction_coefficient: scalar,
-        tolerances: wp.array(dtype=scalar),
+        approach: scalar,
         # in
         pairs: Pairs,
         values: wp.array(dtype=mat33),
@@ -122,7 +122,6 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         changed: wp.array(dtype=int),
         violations: wp.array(dtype=vec2),
     ):
-        # tolerances: least impulse, normal speed
         c = wp.tid()
         pushed = wp.length_sq(frictions[c]) > scalar(0.0)
         changed[c] = 0
@@ -142,7 +141,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         if give == scalar(0.0):
             return
         weight = scalar(1.0) / give
-        none = wp.max(tolerances[0], least_share * largest_impulse[0])
+        none = least_share * largest_impulse[0]
         u = narrow(relative(pairs, c, x))
         impulse = impulses[c]
         normal_impulse = wp.dot(n, impulse)
@@ -152,7 +151,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         next_mode = lift
         if mode == lift:
             violations[c] = vec2(weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0))
-            if normal_speed < least - tolerances[1]:
+            if normal_speed < least - approach:
                 next_mode = slide
                 slip_velocities[c] = vec3()
         elif normal_impulse < -none:

@@ -13,8 +13,9 @@ from warp_softbody.scene import Scene
 
 FloatArray = npt.NDArray[np.float64]
 
-SAME = 0.05
-"""Part of a body's extent by which the boxes around two bodies may differ and count as the same."""
+SAME = 0.06
+"""Part of an edge's length by which the boxes around two bodies may differ and count as the same;
+a little more than a node may be off a surface and on it (kernels/pair_detection.py)."""
 
 SAMPLES = 64
 """Tets whose centres are tried."""
@@ -29,7 +30,7 @@ def refuse_coincident(scene: Scene) -> None:
     boxes = [(c.mesh.points.min(axis=0), c.mesh.points.max(axis=0)) for c in scene.characters]
     for (a, one), (b, two) in combinations(enumerate(scene.characters), 2):
         (low, high), (other_low, other_high) = boxes[a], boxes[b]
-        slack = SAME * (high - low)
+        slack = SAME * max(_edge(one), _edge(two))
         same = np.abs(low - other_low) < slack, np.abs(high - other_high) < slack
         if np.all(same) and _share_inside(one, two) > 0.5:
             depth = float((np.minimum(high, other_high) - np.maximum(low, other_low)).min())
@@ -37,6 +38,11 @@ def refuse_coincident(scene: Scene) -> None:
                 f"bodies {one.name!r} and {two.name!r} fill the same place, {depth:.3g} m deep in "
                 "each other, and no way leads apart; place one of them elsewhere"
             )
+
+
+def _edge(body: Character) -> float:
+    corners = body.mesh.points[body.mesh.surface]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
 
 
 def _share_inside(one: Character, two: Character) -> float:

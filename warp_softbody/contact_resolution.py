@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,9 @@ from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
-from warp_softbody.pair_contact import PairContact, PairRows
+from warp_softbody.pair_contact import Known, PairContact, PairRows
 from warp_softbody.preconditioner import make_preconditioner
-from warp_softbody.state import Contacts, State
+from warp_softbody.state import Contacts, PairStates, State
 from warp_softbody.step_statistics import StepStatistics
 
 FRESH_ITERATIONS = 3
@@ -59,8 +60,7 @@ class ContactResolution:
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
-            where = (self._solver.kinds, self._solver.axes)
-            self._pairs = PairContact(model, *where, assembly.values)
+            self._pairs = PairContact(model, self._solver, assembly.values)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         if dim > 0:
@@ -105,27 +105,23 @@ class ContactResolution:
             wp.capture_if(self._pairs.unsettled, lambda: self._launch_ending(contacts))
 
     def _launch_ending(self, contacts: Contacts) -> None:
-        """Launch the end of a step whose pairs did not settle: their impulses as given forces."""
+        """Launch the end of a step whose pairs did not settle."""
         if self._pairs is None or contacts.pairs is None:
             return
-        known = [self.right, contacts.friction_forces, self.right_with_slip]
-        self._pairs.clip(contacts.pairs)
-        self._pairs.add_impulses(contacts.pairs, 0.0, *known)
-        self._launch_pass(contacts, apart=True)
-        self._pairs.keep(self.x)
-        self._pairs.add_impulses(contacts.pairs, 1.0, *known)
-        self._solver.solve(self.right_with_slip, contacts.slip_stiffness, self.x)
-        self._pairs.end(contacts.pairs, self.x)
+        frictions, stiffness = contacts.friction_forces, contacts.slip_stiffness
+        known = Known(self.right, self.right_with_slip, frictions, stiffness, self.x)
+
+        def solve(pairs: PairStates | None) -> None:
+            self._launch_pass(replace(contacts, pairs=pairs))
+
+        self._pairs.end_safely(contacts.pairs, solve, self._solver, known)
 
     def _add_pair_frictions(self, contacts: Contacts) -> None:
         if self._pairs is not None and contacts.pairs is not None:
             known = [self.right, contacts.friction_forces, self.right_with_slip]
             self._pairs.add_frictions(contacts.pairs, *known)
 
-    def _launch_pass(
-        self, contacts: Contacts, *, renew: bool = False, first: bool = False, apart: bool = False
-    ) -> None:
-        """Launch a solve with the present modes; ``apart`` leaves out what pairs hold."""
+    def _launch_pass(self, contacts: Contacts, *, renew: bool = False, first: bool = False) -> None:
         m, a, k = self._model, self._model.arrays, self._kernels
         if m.contact_count:
             inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
@@ -137,7 +133,7 @@ class ContactResolution:
             self.preconditioner.renew(freedom)
         self.preconditioner.prepare(freedom)
         rows = None
-        if self._pairs is not None and contacts.pairs is not None and not apart:
+        if self._pairs is not None and contacts.pairs is not None:
             self._pairs.impose(contacts.pairs, self.x)
             rows = PairRows(self._pairs, contacts.pairs)
         slip_stiffness = contacts.slip_stiffness

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import warp as wp
 
-from warp_softbody.kernels.pair_ending import make_pair_ending
 from warp_softbody.kernels.pair_modes import make_pair_modes
 from warp_softbody.kernels.pair_rows import make_pair_rows
+from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
 from warp_softbody.pair_detection import PairDetection, mean_edges
+from warp_softbody.pair_ending import PairEnding
 from warp_softbody.state import PairStates, State
 
 
@@ -19,13 +21,22 @@ APPROACH = 2e-6
 """Part of an edge's length by which a pair may close beyond its gap in a step and count as open."""
 
 
-def least_of(model: Model) -> list[float]:
-    """What counts as zero: an impulse, N s, and a speed, m/s."""
-    scene, dt = model.scene, model.options.time_step
-    weight = float(model.masses.sum()) * float(np.linalg.norm(scene.gravity))
-    surface = model.body.mesh.surface
-    edge = float(mean_edges(model.body.mesh.points, surface)[surface].min())
-    return [0.0 * weight, APPROACH * edge / dt]
+def slowest_approach(model: Model) -> float:
+    """Speed at which a pair may close beyond its gap and count as open, m/s."""
+    mesh = model.body.mesh
+    edge = float(mean_edges(mesh.points, mesh.surface)[mesh.surface].min())
+    return APPROACH * edge / model.options.time_step
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a step knows beside its pairs: arrays as in `ContactResolution` and `Contacts`."""
+
+    right: Any
+    right_with_slip: Any
+    ground_frictions: Any
+    slip_stiffness: Any
+    x: Any
 
 
 class PairContact:
@@ -35,13 +46,14 @@ class PairContact:
         unsettled: (1,) int, pairs whose modes or frictions the last pass changed.
     """
 
-    def __init__(self, model: Model, kinds: Any, axes: Any, matrix: Any) -> None:
-        """Work arrays; ``kinds`` and ``axes`` are the ground's, ``matrix`` is M~."""
+    def __init__(self, model: Model, solver: ConjugateGradients, matrix: Any) -> None:
+        """Work arrays; ``solver`` solves with ``matrix``, M~."""
         types, n = model.types, model.node_count
         count = PairStates.count(model)
         precision = model.options.precision
         self._model = model
         self._matrix = matrix
+        self._scalars = solver.scalars
         self._rows = make_pair_rows(precision)
         self._modes = make_pair_modes(precision)
         self._pairs = self._rows.Pairs()
@@ -58,14 +70,13 @@ class PairContact:
         for name in "yrpq":
             setattr(self._work, name, model.zeros(count, wp.vec3d))
         self._freedom = self._rows.Freedom()
-        self._freedom.kinds, self._freedom.axes = kinds, axes
+        self._freedom.kinds, self._freedom.axes = solver.kinds, solver.axes
         self._right = model.zeros(n, types.vec3)
-        self._without = model.zeros(n, types.vec3)
-        self._ending = make_pair_ending(precision)
+        self._ending = PairEnding(model)
         self.unsettled = model.zeros(1, wp.int32)
         self._worst = model.zeros(1, wp.int32)
         self._largest_impulse = model.zeros(1, types.scalar)
-        self._tolerances = model.array(least_of(model), types.scalar)
+        self._approach = slowest_approach(model)
         self._changed = model.zeros(count, wp.int32)
         pair = wp.types.vector(length=2, dtype=types.scalar)
         self._violations = model.zeros(count, pair)
@@ -94,8 +105,9 @@ class PairContact:
 
     def finish_residual(self, pairs: PairStates, x: Any, r: Any, partial: Any) -> None:
         """Launch r = P (b - matrix x) from the ground's S (b - M~ x)."""
-        inputs = [*self._shared(pairs), pairs.slip_stiffness, x]
-        self._launch(self._rows.finish_residual, inputs, [r, partial])
+        a = self._model.arrays
+        inputs = [*self._shared(pairs), pairs.slip_stiffness, a["tolerance"], a["mass"], x]
+        self._launch(self._rows.finish_residual, inputs, [r, partial, self._scalars])
 
     def project(self, pairs: PairStates, v: Any) -> None:
         """Launch v = P v."""
@@ -117,7 +129,7 @@ class PairContact:
         """Launch the choice of modes."""
         a = self._model.arrays
         friction = float(self._model.scene.body_friction)
-        law = [a["fixed"], a["diagonal_slot"], friction, self._tolerances]
+        law = [a["fixed"], a["diagonal_slot"], friction, self._approach]
         inputs = [*law, self._bound(pairs), self._matrix, x, pairs.impulses, self._largest_impulse]
         inputs += [counters, scalars]
         outputs = [pairs.modes, pairs.slip_velocities, pairs.friction_forces]
@@ -148,26 +160,45 @@ class PairContact:
         first, second = scene.node_bodies[nodes[[0, 2]]]
         return scene.parts[first].name, scene.parts[second].name
 
-    def clip(self, pairs: PairStates) -> None:
-        """Launch the cut of all impulses to what the laws allow."""
-        friction = float(self._model.scene.body_friction)
-        self._launch(self._ending.clip, [self._bound(pairs), friction], [pairs.impulses])
-
-    def add_impulses(
-        self, pairs: PairStates, part: float, right: Any, ground_frictions: Any, out: Any
+    def end_safely(
+        self,
+        pairs: PairStates,
+        solve: Callable[[PairStates | None], None],
+        solver: ConjugateGradients,
+        known: Known,
     ) -> None:
-        """Launch the right side with a part of the pairs' impulses as given forces."""
-        inputs = [self._bound(pairs), part, pairs.impulses, right, ground_frictions]
-        self._launch(self._ending.add_impulses, inputs, [out])
+        """Launch the end of a step whose pairs did not settle.
 
-    def keep(self, x: Any) -> None:
-        """Launch the copy of the velocities without the pairs' impulses."""
-        wp.copy(self._without, x)
+        Args:
+            pairs: the caller's states; the impulses become those of the end.
+            solve: launches a solve with the pairs of given states held, or with none.
+            solver: of the step.
+            known: what the step knows beside the pairs.
+        """
+        ending, bound = self._ending, self._bound(pairs)
+        last = ending.begin(bound, pairs)
 
-    def end(self, pairs: PairStates, x: Any) -> None:
-        """Launch the choice of how much of the impulses acts, from x with all of them."""
-        inputs = [self._bound(pairs), self._without]
-        self._launch(self._ending.end, inputs, [pairs.impulses, x])
+        def take_away() -> None:
+            sides = [known.right, known.ground_frictions, known.right_with_slip]
+            self.add_frictions(last, *sides)
+            solve(last)
+            residual = solver.residual(known.right_with_slip, known.slip_stiffness, known.x)
+            self.find_impulses(last, known.x, known.right, residual)
+            ending.prune(bound, last, self._largest_impulse, known.x)
+
+        wp.capture_while(ending.rounds[0:1], take_away)
+        ending.clip(bound, pairs)
+
+        def give_forces() -> None:
+            sides = [known.right, known.ground_frictions]
+            ending.add_impulses(bound, pairs, 0.0, sides, known.right_with_slip)
+            solve(None)
+            ending.keep(known.x)
+            ending.add_impulses(bound, pairs, 1.0, sides, known.right_with_slip)
+            solver.solve(known.right_with_slip, known.slip_stiffness, known.x)
+            ending.end(bound, pairs, known.x)
+
+        wp.capture_if(ending.rounds[2:3], give_forces)
 
 
 class PairRows:
