@@ -16,7 +16,7 @@ from warp_softbody.kernels.pair_edges import make_pair_edges
 from warp_softbody.kernels.pair_surfaces import SUBJECT, make_pair_surfaces
 from warp_softbody.kernels.precision import real
 
-AS_CLOSE = 0.02
+AS_CLOSE = 0.005
 """Part of an edge's length by which a node may be nearer than the corners that stand for it."""
 
 HALF_HELD = 0.005
