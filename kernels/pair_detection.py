@@ -26,6 +26,9 @@ CLOSE = 1e-3
 DEEPEST = 1.0
 """Part of an edge's length up to which the closest face is the way out of another body."""
 
+LEEWAY = 4.0
+"""How much farther than the nearest side of the box around a body its facing face is looked for."""
+
 DEEPEST_OF_ITSELF = 0.3
 """The same for a body's own faces, where inside and outside do not tell."""
 
@@ -42,7 +45,8 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
     closest_weights = make_triangles(precision, SUBJECT).closest_weights
     surfaces = make_pair_surfaces(precision)
     Surfaces, blend, crossed = surfaces.Surfaces, surfaces.blend, surfaces.crossed
-    within, inside, wide = surfaces.within, surfaces.inside, surfaces.wide
+    sunk, inside, wide = surfaces.sunk, surfaces.inside, surfaces.wide
+    leeway = wp.constant(scalar(LEEWAY))
     box_around = surfaces.box_around
     facing, aside = wp.constant(scalar(FACING)), wp.constant(scalar(ASIDE))
     close, deepest = wp.constant(scalar(CLOSE)), wp.constant(scalar(DEEPEST))
@@ -126,18 +130,22 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         own_body = s.node_body[i]
         speed = s.fastest[0] + wp.length(velocities[i] - s.drift[0])
         margin = s.step_factors[0] * speed + aside * size
-        reach = wp.max(margin, deepest * size)
+        # no deeper in a body than in the box around it
+        box = scalar(-farthest)
+        for body in range(s.low.shape[0]):
+            if body != own_body:
+                box = wp.max(box, sunk(s, body, p, p))
+        reach = wp.min(deepest * size, leeway * box + aside * size)
+        if self_contact != 0:
+            reach = wp.max(reach, own_deepest * size)
+        reach = wp.max(margin, reach)
         found = wp.vec3i(-1, -1, -1)
         found_weights = vec3()
         found_normal = vec3()
         found_gap = scalar(0.0)
         deep[c] = -1
-        near = int(self_contact)
-        for body in range(s.low.shape[0]):
-            if body != own_body and within(s, body, p, reach):
-                near = 1
         own = vec3()
-        if near != 0:
+        if self_contact != 0 or box > -margin:
             for f in range(fan_start[c], fan_start[c + 1]):
                 own += s.face_normals[fan_faces[f]]
             areas[c] = own

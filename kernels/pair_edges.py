@@ -40,7 +40,7 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
     scalar, vec3, vec4 = types.scalar, types.vec3, types.vec4
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     surfaces = make_pair_surfaces(precision)
-    Surfaces, within, inside = surfaces.Surfaces, surfaces.within, surfaces.inside
+    Surfaces, sunk, inside = surfaces.Surfaces, surfaces.sunk, surfaces.inside
     wide, box_around = surfaces.wide, surfaces.box_around
     sharp, parallel = wp.constant(scalar(SHARP)), wp.constant(scalar(PARALLEL))
     outer, deepest = wp.constant(scalar(OUTER)), wp.constant(scalar(DEEPEST))
@@ -94,13 +94,6 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
         crossed[2 * e] = -1
         crossed[2 * e + 1] = -1
         k = edges.ends[e]
-        keen = is_sharp(s, edges.faces[e])
-        if not keen:
-            # a surface that bends over an edge has met the other body on one side of it
-            first_met = corners[s.slots[k[0]]][0] >= 0
-            second_met = corners[s.slots[k[1]]][0] >= 0
-            if first_met == second_met:
-                return
         p, q = positions[k[0]], positions[k[1]]
         own_body = s.node_body[k[0]]
         size = wp.min(s.sizes[s.slots[k[0]]], s.sizes[s.slots[k[1]]])
@@ -109,15 +102,20 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
             wp.length(velocities[k[0]] - s.drift[0]), wp.length(velocities[k[1]] - s.drift[0])
         )
         margin = s.step_factors[0] * speed + close * size
-        reach = wp.max(margin, deepest * size)
-        half = scalar(0.5) * wp.length(q - p)
-        near = int(0)
+        box = scalar(-farthest)
         for body in range(s.low.shape[0]):
             if s.rank[body] > s.rank[own_body]:
-                if within(s, body, scalar(0.5) * (p + q), half + reach):
-                    near = 1
-        if near == 0:
+                box = wp.max(box, sunk(s, body, wp.min(p, q), wp.max(p, q)))
+        if box < -margin:
             return
+        reach = wp.max(margin, wp.min(deepest * size, box))
+        keen = is_sharp(s, edges.faces[e])
+        if not keen:
+            # a surface that bends over an edge has met the other body on one side of it
+            first_met = corners[s.slots[k[0]]][0] >= 0
+            second_met = corners[s.slots[k[1]]][0] >= 0
+            if first_met == second_met:
+                return
         best_first = scalar(farthest)
         best_second = scalar(farthest)
         first, last = box_around(wide(p), wide(q), wp.float64(reach))

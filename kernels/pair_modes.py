@@ -122,16 +122,16 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         changed: wp.array(dtype=int),
         violations: wp.array(dtype=vec2),
     ):
-        c = wp.tid()
+        number = wp.tid()
+        if number >= pairs.found_count[0]:
+            return
+        c = pairs.found[number]
         pushed = wp.length_sq(frictions[c]) > scalar(0.0)
         changed[c] = 0
         violations[c] = vec2()
         frictions[c] = vec3()
         stiffness[c] = mat33()
-        k = pairs.nodes[c]
-        if k[0] < 0:
-            return
-        w = pairs.weights[c]
+        k, w = pairs.nodes[c], pairs.weights[c]
         n = pairs.normals[c]
         mode = modes[c]
         least = pairs.least[c]

@@ -48,6 +48,12 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
             return vec3(scalar(0.0), scalar(0.0), up)
         return wp.normalize(away)
 
+    @func
+    def overlap(s: Surfaces, a: int, b: int, depth: scalar):
+        # whether the boxes around two bodies are so deep in each other
+        low, high = wp.max(s.low[a], s.low[b]), wp.min(s.high[a], s.high[b])
+        return wp.min(high - low) > depth
+
     @kernel
     def sink_edges(
         # in
@@ -70,7 +76,7 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
         p, q = positions[k[0]], positions[k[1]]
         own, size = s.node_body[k[0]], wp.min(s.sizes[i], s.sizes[j])
         for body in range(s.low.shape[0]):
-            if body != own and deep_edges[e] < 0:
+            if body != own and deep_edges[e] < 0 and overlap(s, own, body, buried * size):
                 for part in range(3):
                     place = scalar(0.25) * scalar(part + 1)
                     middle = p + place * (q - p)

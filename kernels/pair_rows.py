@@ -69,6 +69,10 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         found_count: wp.array(dtype=int)
         rows: wp.array(dtype=int)
         count: wp.array(dtype=int)
+        marks: wp.array(dtype=int)
+        touched: wp.array(dtype=int)
+        held: wp.array(dtype=int)
+        counts: wp.array(dtype=int)
 
     @wp.struct
     class Work:
@@ -108,18 +112,6 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         return u
 
     @func
-    def scatter(pairs: Pairs, c: int, force: vec3d, out: wp.array(dtype=vec3d)):
-        k, w = pairs.nodes[c], pairs.weights[c]
-        for a in range(4):
-            out[k[a]] = out[k[a]] + wp.float64(w[a]) * force
-
-    @func
-    def clear(pairs: Pairs, c: int, out: wp.array(dtype=vec3d)):
-        k = pairs.nodes[c]
-        for a in range(4):
-            out[k[a]] = vec3d()
-
-    @func
     def left_free(freedom: Freedom, i: int, v: vec3d):
         # S at a node
         if freedom.kinds[i] == free:
@@ -132,11 +124,23 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         return vec3d()
 
     @func
-    def filter(pairs: Pairs, c: int, freedom: Freedom, v: wp.array(dtype=vec3d)):
-        # a node of several pairs is filtered again to the same value
-        k = pairs.nodes[c]
-        for a in range(4):
-            v[k[a]] = left_free(freedom, k[a], v[k[a]])
+    def spread(
+        pairs: Pairs,
+        freedom: Freedom,
+        forces: wp.array(dtype=vec3d),
+        nodal: wp.array(dtype=vec3d),
+    ):
+        # nodal = S C^T forces, at the nodes of the rows; few of them touch the ground as well
+        for number in range(pairs.counts[0]):
+            nodal[pairs.touched[number]] = vec3d()
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            k, w = pairs.nodes[c], pairs.weights[c]
+            for a in range(4):
+                nodal[k[a]] = nodal[k[a]] + wp.float64(w[a]) * forces[row]
+        for number in range(pairs.counts[1]):
+            i = pairs.held[number]
+            nodal[i] = left_free(freedom, i, nodal[i])
 
     @func
     def given(pairs: Pairs, c: int, mode: int, u: vec3d):
@@ -155,14 +159,8 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         out: wp.array(dtype=vec3d),
     ):
         # out = N C S C^T N x, and nodal = S C^T N x; x obeys N x = x
-        count = pairs.count[0]
-        for row in range(count):
-            clear(pairs, pairs.rows[row], nodal)
-        for row in range(count):
-            scatter(pairs, pairs.rows[row], x[row], nodal)
-        for row in range(count):
-            filter(pairs, pairs.rows[row], freedom, nodal)
-        for row in range(count):
+        spread(pairs, freedom, x, nodal)
+        for row in range(pairs.count[0]):
             c = pairs.rows[row]
             out[row] = given(pairs, c, modes[c], relative_work(pairs, c, nodal))
 
@@ -228,21 +226,10 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         v: wp.array(dtype=vec3),
     ):
         # v += factor S C^T y
-        count = pairs.count[0]
-        for row in range(count):
-            clear(pairs, pairs.rows[row], work.nodal)
-        for row in range(count):
-            scatter(pairs, pairs.rows[row], work.y[row], work.nodal)
-        for row in range(count):
-            filter(pairs, pairs.rows[row], freedom, work.nodal)
-        # each node once: what has been added is taken off the work array
-        for row in range(count):
-            c = pairs.rows[row]
-            k = pairs.nodes[c]
-            for a in range(4):
-                j = k[a]
-                v[j] = narrow(wide(v[j]) + factor * work.nodal[j])
-                work.nodal[j] = vec3d()
+        spread(pairs, freedom, work.y, work.nodal)
+        for number in range(pairs.counts[0]):
+            i = pairs.touched[number]
+            v[i] = narrow(wide(v[i]) + factor * work.nodal[i])
 
     @func
     def stiffen(
@@ -270,7 +257,9 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         # in
         pairs: Pairs,
         modes: wp.array(dtype=int),
+        freedom: Freedom,
     ):
+        # the pairs that hold something, their nodes, and those of them that touch the ground
         count = int(0)
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
@@ -278,6 +267,23 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
                 pairs.rows[count] = c
                 count += 1
         pairs.count[0] = count
+        touched = int(0)
+        held = int(0)
+        for row in range(count):
+            k = pairs.nodes[pairs.rows[row]]
+            for a in range(4):
+                i = k[a]
+                if pairs.marks[i] == 0:
+                    pairs.marks[i] = 1
+                    pairs.touched[touched] = i
+                    touched += 1
+                    if freedom.kinds[i] != free:
+                        pairs.held[held] = i
+                        held += 1
+        for number in range(touched):
+            pairs.marks[pairs.touched[number]] = 0
+        pairs.counts[0] = touched
+        pairs.counts[1] = held
 
     @kernel
     def impose(

@@ -120,6 +120,11 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
         return found
 
     @func
+    def sunk(s: Surfaces, body: int, low: vec3, high: vec3):
+        # how deep a box is in that around a body; less than zero: how far apart they are
+        return wp.min(wp.min(s.high[body] - low, high - s.low[body]))
+
+    @func
     def wide(v: vec3):
         return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
 
@@ -190,6 +195,7 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
         "crossed": crossed,
         "blend": blend,
         "within": within,
+        "sunk": sunk,
         "wide": wide,
         "met": met,
         "box_around": box_around,

@@ -64,6 +64,9 @@ class PairContact:
         self._pairs.least = model.zeros(count, types.scalar)
         self._pairs.rows = model.zeros(count, wp.int32)
         self._pairs.count = model.zeros(1, wp.int32)
+        for name in ("marks", "touched", "held"):
+            setattr(self._pairs, name, model.zeros(n, wp.int32))
+        self._pairs.counts = model.zeros(2, wp.int32)
         self._detection = PairDetection(model, self._pairs)
         self._work = self._rows.Work()
         self._work.nodal = model.zeros(n, wp.vec3d)
@@ -100,7 +103,7 @@ class PairContact:
 
     def impose(self, pairs: PairStates, x: Any) -> None:
         """Launch the relative velocities that the modes give."""
-        self._launch(self._rows.list_rows, [self._bound(pairs), pairs.modes], [])
+        self._launch(self._rows.list_rows, [self._bound(pairs), pairs.modes, self._freedom], [])
         self._launch(self._rows.impose, self._shared(pairs), [x])
 
     def finish_residual(self, pairs: PairStates, x: Any, r: Any, partial: Any) -> None:
