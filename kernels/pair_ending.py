@@ -1,9 +1,9 @@
 """How a step ends whose pairs did not settle: safe, though not exact.
 
-Pairs that pressed hold their normal velocity, and their friction, cut to its cone, is a given force.
-What then pulls is let go, what leaves its cone is cut again, and friction that drives what it
-should brake is left out, round by round: nothing is taken up again, so this comes to an end, and no
-energy is gained but by what pushes sunken bodies apart.
+Pairs that pressed hold their normal velocity, and their friction, cut to its cone, is a given
+force. What then pulls is let go, what leaves its cone is cut again, and friction that drives what
+it should brake is left out, round by round: nothing is taken up again, so this comes to an end, and
+no energy is gained but by what pushes sunken bodies apart.
 
 Should the rounds not suffice, the impulses as they are, cut to the laws, act as given forces. Where
 they would add energy at the velocities that follow, all of them are scaled down until they do not:
@@ -92,14 +92,14 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         for row in range(pairs.count[0]):
             c = pairs.rows[row]
             n = pairs.normals[c]
-            normal, friction = split(pairs, c, friction_coefficient, impulses[c])
-            if wp.dot(n, impulses[c]) < -none:
+            along = wp.dot(n, impulses[c])
+            if along < -none:
                 modes[c] = lift
                 frictions[c] = vec3()
                 changes += 1
             else:
                 size = wp.length(frictions[c])
-                bound = pairs.roughness[c] * friction_coefficient * normal
+                bound = pairs.roughness[c] * friction_coefficient * wp.max(along, scalar(0.0))
                 if size > (scalar(1.0) + cut) * bound + none:
                     frictions[c] = (bound / size) * frictions[c]
                     changes += 1

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact_modes import LAST_PASSES, NEWTON_PASSES, SLIDE, STICK
+from warp_softbody.kernels.contact_modes import LAST_PASSES, SLIDE, STICK
 from warp_softbody.kernels.precision import real
 
 SLOW = 1e-3
@@ -40,7 +40,7 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
-    newton_passes, last_passes = wp.constant(NEWTON_PASSES), wp.constant(LAST_PASSES)
+    last_passes = wp.constant(LAST_PASSES)
     stick, slide = wp.constant(STICK), wp.constant(SLIDE)
     slow_share, missed = wp.constant(scalar(SLOW)), wp.constant(scalar(MISSED))
     beyond = wp.constant(scalar(BEYOND))

@@ -18,7 +18,8 @@ from warp_softbody.kernels.pair_surfaces import SUBJECT, make_pair_surfaces
 from warp_softbody.kernels.precision import real
 
 BURIED = 0.05
-"""Part of an edge's length that the middle of an edge must be within the box around a body."""
+"""Part of an edge's length, or of a thin body's thickness, that a point of an edge must be within the
+box around a body."""
 
 ONE_SIDED = 0.1
 """Part of the area inside that its vectors must add up to, to tell the way out."""
@@ -54,6 +55,19 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
         low, high = wp.max(s.low[a], s.low[b]), wp.min(s.high[a], s.high[b])
         return wp.min(high - low) > depth
 
+    @func
+    def part_within(s: Surfaces, body: int, p: vec3, q: vec3):
+        # where a segment enters the box around a body and where it leaves it, as parts of it
+        first, last = scalar(0.0), scalar(1.0)
+        for a in range(3):
+            d = q[a] - p[a]
+            if wp.abs(d) > tiny:
+                one = (s.low[body][a] - p[a]) / d
+                two = (s.high[body][a] - p[a]) / d
+                first = wp.max(first, wp.min(one, two))
+                last = wp.min(last, wp.max(one, two))
+        return first, wp.max(first, last)
+
     @kernel
     def sink_edges(
         # in
@@ -76,11 +90,13 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
         p, q = positions[k[0]], positions[k[1]]
         own, size = s.node_body[k[0]], wp.min(s.sizes[i], s.sizes[j])
         for body in range(s.low.shape[0]):
-            if body != own and deep_edges[e] < 0 and overlap(s, own, body, buried * size):
+            thin = wp.min(size, wp.min(s.high[body] - s.low[body]))
+            if body != own and deep_edges[e] < 0 and overlap(s, own, body, buried * thin):
+                first, last = part_within(s, body, p, q)
                 for part in range(3):
-                    place = scalar(0.25) * scalar(part + 1)
+                    place = first + scalar(0.25) * scalar(part + 1) * (last - first)
                     middle = p + place * (q - p)
-                    if within(s, body, middle, -buried * size) and deep_edges[e] < 0:
+                    if within(s, body, middle, -buried * thin) and deep_edges[e] < 0:
                         if inside(s, positions, middle, body):
                             deep_edges[e] = body
                             places[e] = place

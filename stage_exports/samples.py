@@ -110,6 +110,7 @@ def _contact_samples(prim: str, body: StagedBody, contacts: ContactSample) -> It
     yield Sample(prim, conventions.CONTACT_MODE, values.integers(contacts.modes))
     yield Sample(prim, conventions.CONTACT_FORCE, values.vectors(contacts.forces))
 
+
 def _partner_samples(prim: str, contacts: ContactSample) -> Iterator[Sample]:
     """Whose contacts: the node, the body on the other side, and where on it."""
     nodes = contacts.nodes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +26,16 @@ GROUND = -1
 """The number that stands for the ground among those of the bodies."""
 
 
-def _none(shape: tuple[int, ...], dtype: type = float) -> Any:
-    return field(default_factory=lambda: np.zeros(shape, dtype=dtype))
+def _numbers() -> IntArray:
+    return np.zeros(0, dtype=np.int32)
+
+
+def _vectors() -> FloatArray:
+    return np.zeros((0, 3))
+
+
+def _triples() -> IntArray:
+    return np.zeros((0, 3), dtype=np.int32)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,14 +61,14 @@ class ContactSample:
         names: of the bodies, by their numbers.
     """
 
-    nodes: IntArray = _none((0,), np.int32)
-    points: FloatArray = _none((0, 3))
-    modes: IntArray = _none((0,), np.int32)
-    forces: FloatArray = _none((0, 3))
-    bodies: IntArray = _none((0,), np.int32)
-    partners: IntArray = _none((0,), np.int32)
-    partner_nodes: IntArray = _none((0, 3), np.int32)
-    partner_weights: FloatArray = _none((0, 3))
+    nodes: IntArray = field(default_factory=_numbers)
+    points: FloatArray = field(default_factory=_vectors)
+    modes: IntArray = field(default_factory=_numbers)
+    forces: FloatArray = field(default_factory=_vectors)
+    bodies: IntArray = field(default_factory=_numbers)
+    partners: IntArray = field(default_factory=_numbers)
+    partner_nodes: IntArray = field(default_factory=_triples)
+    partner_weights: FloatArray = field(default_factory=_vectors)
     names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -16,7 +16,6 @@ from warp_softbody.pair_detection import PairDetection, mean_edges
 from warp_softbody.pair_ending import PairEnding
 from warp_softbody.state import PairStates, State
 
-
 APPROACH = 2e-6
 """Part of an edge's length by which a pair may close beyond its gap in a step and count as open."""
 

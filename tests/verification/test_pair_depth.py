@@ -40,7 +40,7 @@ def smallest_tet(mesh: TetMesh, points: FloatArray) -> float:
 
 
 def depth(points: FloatArray, mesh: TetMesh, other: FloatArray) -> float:
-    """Largest distance to a body's surface, along its triangles' normals, of points inside it, m."""
+    """Largest distance of points inside a body to its surface, along its triangles' normals, m."""
     corners = other[mesh.tets]
     inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
     inner = np.einsum("tij,ptj->pti", inverse, points[:, None] - corners[:, 0])
@@ -83,7 +83,7 @@ def slab(name: str, cells: tuple[int, int, int], low: float) -> Character:
     """A slab whose lowest face stands at a height; its upper face is the region "face"."""
     mesh = box(cells, (SIDE, SIDE, THICK), (-SIDE / 2, -SIDE / 2, low))
     high = np.flatnonzero(mesh.points[:, 2] > low + THICK - 1e-9)
-    return Character(name=name, mesh=mesh, material=SOFT, regions={"face": high})
+    return Character(name=name, mesh=mesh, material=SOFT, regions={"face": high.astype(np.int32)})
 
 
 PRESSED = (
@@ -111,9 +111,7 @@ def test_pressed_slabs_stay_apart(
     first, second = (fine, coarse) if upper_first else (coarse, fine)
     region = "face" if upper_first else "upper.face"
     push = Push(region=region, force=(0.0, 0.0, -50.0 * weight), start=0.0, duration=9.0)
-    scene = Scene(
-        character=first, others=(Body(character=second),), ground=Plane(), pushes=(push,)
-    )
+    scene = Scene(character=first, others=(Body(character=second),), ground=Plane(), pushes=(push,))
     simulation, frame = ended(scene, 0.6)
     assert deepest(scene, frame) < 1e-3
     where = shares(scene, frame)
@@ -243,7 +241,9 @@ def crossed(p: FloatArray, q: FloatArray, *corners: FloatArray) -> npt.NDArray[n
     a, b, c = (side + 0.0 * p for side in corners)
     p, q = p + 0.0 * a, q + 0.0 * a
     sides = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)]
-    around = np.all([s > 1e-12 for s in sides], axis=0) | np.all([s < -1e-12 for s in sides], axis=0)
+    around = np.all([s > 1e-12 for s in sides], axis=0) | np.all(
+        [s < -1e-12 for s in sides], axis=0
+    )
     return np.asarray(around & (volume(a, b, c, p) * volume(a, b, c, q) < 0.0))
 
 
