@@ -5,7 +5,7 @@ force. What then pulls is let go, what leaves its cone is cut again, and frictio
 it should brake is left out, round by round: nothing is taken up again, so this comes to an end, and
 no energy is gained but by what pushes sunken bodies apart.
 
-Should the rounds not suffice, the impulses as they are, cut to the laws, act as given forces. Where
+Should the rounds not suffice, or the solve lose itself among rows that contradict, the impulses as they are, cut to the laws, act as given forces. Where
 they would add energy at the velocities that follow, all of them are scaled down until they do not:
 with x0 the velocities without them and x1 with them, the power of a part a of them is
 ``a (1 - a) f . C x0 + a^2 f . C x1``.
@@ -23,6 +23,9 @@ from warp_softbody.kernels.precision import real
 
 MOST_ROUNDS = 8
 
+BEYOND = 1.1
+"""Times the energy that velocities can have, beyond which they are not believed."""
+
 CUT = 1e-3
 """Part of the bound by which friction may exceed it before it is cut again."""
 
@@ -38,6 +41,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
     lift, slide = wp.constant(LIFT), wp.constant(SLIDE)
     zero, one = wp.constant(wp.float64(0.0)), wp.constant(wp.float64(1.0))
     least_share, cut = wp.constant(scalar(LEAST_SHARE)), wp.constant(scalar(CUT))
+    beyond, largest = wp.constant(wp.float64(BEYOND)), wp.constant(scalar(1e15))
     most_rounds = wp.constant(MOST_ROUNDS)
 
     @func
@@ -64,7 +68,8 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         frictions: wp.array(dtype=vec3),
         rounds: wp.array(dtype=int),
     ):
-        # rounds: whether to go on, how many there were, whether they did not suffice
+        # rounds: whether to go on, how many there were, whether they did not suffice, whether the
+        # solve lost itself
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             normal, friction = split(pairs, c, friction_coefficient, impulses[c])
@@ -73,6 +78,25 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         rounds[0] = 1
         rounds[1] = 0
         rounds[2] = 0
+        rounds[3] = 0
+
+    @func
+    def lost(
+        masses: wp.array(dtype=scalar),
+        recovery_speed: scalar,
+        right: wp.array(dtype=vec3),
+        x: wp.array(dtype=vec3),
+    ):
+        # whether x has more energy than any contact could leave: as M~ >= M, x M x <= b M^-1 b
+        # without contact, and contact takes away, but for what pushes sunken bodies apart. Then the
+        # solve has lost itself among rows that contradict
+        bound, now = wp.float64(0.0), wp.float64(0.0)
+        speed = wp.float64(recovery_speed)
+        for i in range(x.shape[0]):
+            m = wp.float64(masses[i])
+            bound += wp.length_sq(wide(right[i])) / m + m * speed * speed
+            now += m * wp.length_sq(wide(x[i]))
+        return not (now <= beyond * bound)
 
     @kernel
     def prune(
@@ -81,6 +105,9 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         friction_coefficient: scalar,
         largest_impulse: wp.array(dtype=scalar),
         impulses: wp.array(dtype=vec3),
+        masses: wp.array(dtype=scalar),
+        recovery_speed: scalar,
+        right: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
         # in and out
         modes: wp.array(dtype=int),
@@ -115,6 +142,10 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
                 rounds[0] = 1
             else:
                 rounds[2] = 1
+        if lost(masses, recovery_speed, right, x):
+            rounds[0] = 0
+            rounds[2] = 1
+            rounds[3] = 1
 
     @kernel
     def clip(
@@ -128,20 +159,27 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
             c = pairs.found[number]
             normal, friction = split(pairs, c, friction_coefficient, impulses[c])
             impulses[c] = normal * pairs.normals[c] + friction
+            if not (wp.length(impulses[c]) < largest):
+                impulses[c] = vec3()
 
     @kernel
     def add_impulses(
         # in
         pairs: Pairs,
         part: scalar,
+        rounds: wp.array(dtype=int),
         impulses: wp.array(dtype=vec3),
         right: wp.array(dtype=vec3),
         ground_frictions: wp.array(dtype=vec3),
         # out
         right_with_slip: wp.array(dtype=vec3),
     ):
+        # where the solve lost itself, so did the ground's frictions
         for i in range(right.shape[0]):
-            right_with_slip[i] = right[i] + ground_frictions[i]
+            known = right[i]
+            if rounds[3] == 0:
+                known += ground_frictions[i]
+            right_with_slip[i] = known
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             k, w = pairs.nodes[c], pairs.weights[c]
@@ -165,6 +203,9 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         # in
         pairs: Pairs,
         without: wp.array(dtype=vec3),
+        masses: wp.array(dtype=scalar),
+        recovery_speed: scalar,
+        right: wp.array(dtype=vec3),
         # in and out
         impulses: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
@@ -173,11 +214,16 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         part = one
         if last > zero:
             part = wp.clamp(-first / (last - first), zero, one)
+        if lost(masses, recovery_speed, right, x):
+            part = zero
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             impulses[c] = narrow(part * wide(impulses[c]))
         for i in range(x.shape[0]):
-            x[i] = narrow((one - part) * wide(without[i]) + part * wide(x[i]))
+            kept = (one - part) * wide(without[i])
+            if part > zero:
+                kept += part * wide(x[i])
+            x[i] = narrow(kept)
 
     return SimpleNamespace(
         begin_rounds=begin_rounds, prune=prune, clip=clip, add_impulses=add_impulses, end=end

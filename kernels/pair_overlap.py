@@ -18,7 +18,7 @@ from warp_softbody.kernels.pair_surfaces import SUBJECT, make_pair_surfaces
 from warp_softbody.kernels.precision import real
 
 BURIED = 0.05
-"""Part of an edge's length, or of a thin body's thickness, that a point of an edge must be within the
+"""Part of an edge's length, or of a thin body's thickness, that a point must be within the
 box around a body."""
 
 ONE_SIDED = 0.1

@@ -186,19 +186,20 @@ class PairContact:
             solve(last)
             residual = solver.residual(known.right_with_slip, known.slip_stiffness, known.x)
             self.find_impulses(last, known.x, known.right, residual)
-            ending.prune(bound, last, self._largest_impulse, known.x)
+            ending.prune(bound, last, self._largest_impulse, known.right, known.x)
 
         wp.capture_while(ending.rounds[0:1], take_away)
         ending.clip(bound, pairs)
 
         def give_forces() -> None:
             sides = [known.right, known.ground_frictions]
+            wp.copy(known.x, solver.start)
             ending.add_impulses(bound, pairs, 0.0, sides, known.right_with_slip)
             solve(None)
             ending.keep(known.x)
             ending.add_impulses(bound, pairs, 1.0, sides, known.right_with_slip)
             solver.solve(known.right_with_slip, known.slip_stiffness, known.x)
-            ending.end(bound, pairs, known.x)
+            ending.end(bound, pairs, known.right, known.x)
 
         wp.capture_if(ending.rounds[2:3], give_forces)
 

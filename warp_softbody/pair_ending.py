@@ -16,8 +16,8 @@ class PairEnding:
     """Work arrays and launches; all of them can be captured.
 
     Attributes:
-        rounds: (3,) int, whether another round is due, how many there were, and whether they did
-            not suffice.
+        rounds: (4,) int, whether another round is due, how many there were, whether they did not
+            suffice, and whether the solve lost itself.
     """
 
     def __init__(self, model: Model) -> None:
@@ -30,7 +30,7 @@ class PairEnding:
         self._frictions = model.zeros(count, types.vec3)
         self._stiffness = model.zeros(count, types.mat33)
         self._without = model.zeros(model.node_count, types.vec3)
-        self.rounds = model.zeros(3, wp.int32)
+        self.rounds = model.zeros(4, wp.int32)
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
@@ -52,9 +52,12 @@ class PairEnding:
             slip_stiffness=self._stiffness,
         )
 
-    def prune(self, bound: Any, pairs: PairStates, largest_impulse: Any, x: Any) -> None:
-        """Launch what a round takes away."""
-        inputs = [bound, self._friction, largest_impulse, pairs.impulses, x]
+    def prune(
+        self, bound: Any, pairs: PairStates, largest_impulse: Any, right: Any, x: Any
+    ) -> None:
+        """Launch what a round takes away; ``right`` is the known momentum of the step."""
+        inputs = [bound, self._friction, largest_impulse, pairs.impulses]
+        inputs += [*self._limit(right), x]
         self._launch(self._kernels.prune, inputs, [self._modes, self._frictions, self.rounds])
 
     def clip(self, bound: Any, pairs: PairStates) -> None:
@@ -65,13 +68,19 @@ class PairEnding:
         self, bound: Any, pairs: PairStates, part: float, known: list[Any], out: Any
     ) -> None:
         """Launch the right side with a part of the impulses; ``known`` is what else is in it."""
-        inputs = [bound, part, pairs.impulses, *known]
+        inputs = [bound, part, self.rounds, pairs.impulses, *known]
         self._launch(self._kernels.add_impulses, inputs, [out])
 
     def keep(self, x: Any) -> None:
         """Launch the copy of the velocities without the pairs' impulses."""
         wp.copy(self._without, x)
 
-    def end(self, bound: Any, pairs: PairStates, x: Any) -> None:
+    def end(self, bound: Any, pairs: PairStates, right: Any, x: Any) -> None:
         """Launch the choice of how much of the impulses acts, from x with all of them."""
-        self._launch(self._kernels.end, [bound, self._without], [pairs.impulses, x])
+        inputs = [bound, self._without, *self._limit(right)]
+        self._launch(self._kernels.end, inputs, [pairs.impulses, x])
+
+    def _limit(self, right: Any) -> list[Any]:
+        """What bounds the energy of a step, given its known momentum."""
+        speed = float(self._model.options.recovery_speed)
+        return [self._model.arrays["mass"], speed, right]
