@@ -5,10 +5,11 @@ force. What then pulls is let go, what leaves its cone is cut again, and frictio
 it should brake is left out, round by round: nothing is taken up again, so this comes to an end, and
 no energy is gained but by what pushes sunken bodies apart.
 
-Should the rounds not suffice, or the solve lose itself among rows that contradict, the impulses as they are, cut to the laws, act as given forces. Where
-they would add energy at the velocities that follow, all of them are scaled down until they do not:
-with x0 the velocities without them and x1 with them, the power of a part a of them is
-``a (1 - a) f . C x0 + a^2 f . C x1``.
+Should the rounds not suffice, or the solve lose itself among rows that contradict, the impulses as
+they are, cut to the laws, act as given forces. Where they would add energy at the velocities that
+follow, all of them are scaled down until they do not: with x0 the velocities without them and x1
+with them, the power of a part a of them is ``a (1 - a) f . C x0 + a^2 f . C x1``. No velocities are
+believed that have more energy than the step could give them.
 """
 
 from functools import cache
