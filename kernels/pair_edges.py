@@ -1,4 +1,4 @@
-"""Edges of one body across edges of another, one of them sharp, where no node is met.
+"""Edges of one body across edges of another, where both are sharp and no node is met.
 
 Of two bodies the finer one's edges look for the other's. Each half of an edge takes the closest
 edge that crosses it: two segments at their nearest points, one on each side along their common
@@ -81,7 +81,6 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
         # in
         positions: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
-        corners: wp.array(dtype=wp.vec3i),
         # out
         crossed: wp.array(dtype=int),
         places: wp.array(dtype=vec4),
@@ -109,13 +108,8 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
         if box < -margin:
             return
         reach = wp.max(margin, wp.min(deepest * size, box))
-        keen = is_sharp(s, edges.faces[e])
-        if not keen:
-            # a surface that bends over an edge has met the other body on one side of it
-            first_met = corners[s.slots[k[0]]][0] >= 0
-            second_met = corners[s.slots[k[1]]][0] >= 0
-            if first_met == second_met:
-                return
+        if not is_sharp(s, edges.faces[e]):
+            return
         best_first = scalar(farthest)
         best_second = scalar(farthest)
         first, last = box_around(wide(p), wide(q), wp.float64(reach))
@@ -127,7 +121,7 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
                 for side in range(3):
                     f = edges.of_face[face][side]
                     # each edge once
-                    if edges.faces[f][0] == face and (keen or is_sharp(s, edges.faces[f])):
+                    if edges.faces[f][0] == face and is_sharp(s, edges.faces[f]):
                         j = edges.ends[f]
                         a, b, r = q - p, positions[j[1]] - positions[j[0]], p - positions[j[0]]
                         n = wp.cross(a, b)

@@ -213,7 +213,7 @@ class CrossingEdges:
     def launch(self, state: State, corners: Any, deep: Any) -> None:
         """Launch the search; the arguments are those of the nodes' pairs."""
         inputs = [self._surfaces, self.edges, state.positions]
-        moving = [*inputs, state.velocities, corners]
+        moving = [*inputs, state.velocities]
         self._launch(self._kernels.cross_edges, self._count, moving, self._met)
         outputs = [self.deep, self._inner]
         self._launch(self._overlap.sink_edges, self._count, [*inputs, corners, deep], outputs)

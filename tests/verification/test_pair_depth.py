@@ -201,7 +201,7 @@ def test_beams_through_each_other_come_apart(rise: float) -> None:
     assert not edges_cut(scene, frame)
 
 
-@pytest.mark.parametrize("cells", [2, 4])
+@pytest.mark.parametrize("cells", [2, 7])
 def test_beams_laid_across_each_other(cells: int) -> None:
     """Edges bear what no node meets: the upper beam lies on the lower and does not sink in."""
     lower = beam("lower", 0, cells, (-0.3, -0.03, 0.0))
@@ -210,8 +210,9 @@ def test_beams_laid_across_each_other(cells: int) -> None:
     simulation, frame = ended(scene, 1.5)
     assert simulation.summary().unconverged_steps <= 1
     points = shares(scene, frame)["upper"]
-    under = points[(np.abs(points[:, 1]) < 0.02) & (points[:, 2] < 0.09), 2]
-    np.testing.assert_allclose(under, 0.06, atol=2e-3)
+    across = (np.abs(points[:, 1]) < 0.05) & (points[:, 2] < 0.09)
+    np.testing.assert_allclose(points[across, 2], 0.06, atol=2e-3)
+    assert np.abs(points[:, 0]).max() < 0.04
     weight = upper.mesh.volume * upper.material.density * 9.81
     force = frame.contacts.force_on("upper")
     np.testing.assert_allclose(force, [0.0, 0.0, weight], atol=1e-2 * weight)
