@@ -11,7 +11,6 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact_modes import LIFT
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "account"
@@ -23,7 +22,6 @@ def make_account(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    lift = wp.constant(LIFT)
     vec3d = wp.vec3d
 
     @func
@@ -118,28 +116,28 @@ def make_account(precision: str) -> SimpleNamespace:
     def add_pairs(
         # model
         body_start: wp.array(dtype=int),
-        surface_nodes: wp.array(dtype=int),
         # in
-        corners: wp.array(dtype=wp.vec3i),
-        modes: wp.array(dtype=int),
+        found: wp.array(dtype=int),
+        found_count: wp.array(dtype=int),
+        nodes: wp.array(dtype=wp.vec4i),
         impulses: wp.array(dtype=vec3),
         # in and out
         missing: wp.array(dtype=vec3d),
         exchanged: wp.array(dtype=wp.float64),
     ):
-        # onto a node, and the opposite onto the body of the triangle
+        # onto one side, and the opposite onto the other, whose node is the third
         body = wp.tid()
         first = body_start[body]
         last = body_start[body + 1]
         total = vec3d()
-        for c in range(modes.shape[0]):
-            k = corners[c][0]
-            if modes[c] != lift and k >= 0:
-                i = surface_nodes[c]
-                if i >= first and i < last:
-                    total += wide(impulses[c])
-                if k >= first and k < last:
-                    total -= wide(impulses[c])
+        for number in range(found_count[0]):
+            c = found[number]
+            one = nodes[c][0]
+            other = nodes[c][2]
+            if one >= first and one < last:
+                total += wide(impulses[c])
+            if other >= first and other < last:
+                total -= wide(impulses[c])
         missing[body] = missing[body] - total
         exchanged[body] = exchanged[body] + size_of(total)
 

@@ -1,7 +1,8 @@
-"""Modes of the pairs of a node and a triangle: the rules of ``kernels/contact.py``, smooth cone.
+"""Modes of pairs: the rules of ``kernels/contact.py``, with scales taken from the pairs.
 
-Velocity and impulse are those of the node relative to the triangle; the triangle's corners bear the
-opposite impulse by their weights. A pair's own block is that of the two sides in series.
+Velocity and impulse are those of the one side relative to the other; the nodes of both bear the
+impulse by their weights. A pair's own block is that of the two sides in series. An impulse counts
+as none below a millionth of the largest of any pair.
 """
 
 from functools import cache
@@ -12,10 +13,13 @@ import warp as wp
 
 from warp_softbody.kernels import stopping
 from warp_softbody.kernels.contact_modes import LIFT, SLIDE, STICK
-from warp_softbody.kernels.contact_smooth import make_smooth_law
-from warp_softbody.kernels.contact_stages import AGAIN, CHANGED, PASSES, TOUCHING
+from warp_softbody.kernels.contact_stages import AGAIN, ALL_PASSES, CHANGED, PASSES, TOUCHING
+from warp_softbody.kernels.pair_friction import make_pair_friction
 from warp_softbody.kernels.pair_rows import DAMPING, SUBJECT, make_pair_rows
 from warp_softbody.kernels.precision import real
+
+LEAST_SHARE = 1e-6
+"""Of the largest impulse of any pair, what counts as none."""
 
 
 @cache
@@ -30,17 +34,17 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     relative, multipliers, stiffen = rows.relative, rows.multipliers, rows.stiffen
     narrow, remove = rows.narrow, rows.remove
     damping = wp.constant(wp.float64(DAMPING))
+    all_passes = wp.constant(ALL_PASSES)
     lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
-    law = make_smooth_law(precision, SUBJECT)
+    law = make_pair_friction(precision, SUBJECT)
+    least_share = wp.constant(scalar(LEAST_SHARE))
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
 
     @func
     def share(pairs: Pairs, c: int, impulse: vec3, out: wp.array(dtype=vec3)):
-        k, w, i = pairs.corners[c], pairs.weights[c], pairs.nodes[c]
-        out[i] = out[i] + impulse
-        out[k[0]] = out[k[0]] - w[0] * impulse
-        out[k[1]] = out[k[1]] - w[1] * impulse
-        out[k[2]] = out[k[2]] - w[2] * impulse
+        k, w = pairs.nodes[c], pairs.weights[c]
+        for a in range(4):
+            out[k[a]] = out[k[a]] + w[a] * impulse
 
     @kernel
     def find_impulses(
@@ -58,13 +62,14 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         # out
         impulses: wp.array(dtype=vec3),
         right_with_pairs: wp.array(dtype=vec3),
+        largest_impulse: wp.array(dtype=scalar),
     ):
         # r: S (b - M~ x) with all friction forces in b; what is left of it on the rows is borne by
         # them
         for i in range(right.shape[0]):
             right_with_pairs[i] = right[i]
-        for c in range(modes.shape[0]):
-            impulses[c] = vec3()
+        for number in range(pairs.found_count[0]):
+            impulses[pairs.found[number]] = vec3()
         stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
         # the second time takes off what the damping left
         for _ in range(2):
@@ -72,13 +77,16 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             for row in range(pairs.count[0]):
                 impulses[pairs.rows[row]] = impulses[pairs.rows[row]] - narrow(work.y[row])
             remove(pairs, freedom, work, wp.float64(-1.0), r)
+        largest = scalar(0.0)
         for row in range(pairs.count[0]):
             c = pairs.rows[row]
             impulse = impulses[c]
             if modes[c] == slide:
                 impulse += frictions[c] - stiffness[c] * narrow(relative(pairs, c, x))
             impulses[c] = impulse
+            largest = wp.max(largest, wp.length_sq(impulse))
             share(pairs, c, impulse, right_with_pairs)
+        largest_impulse[0] = wp.sqrt(largest)
 
     @func
     def mobility(
@@ -97,41 +105,44 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         fixed: wp.array(dtype=int),
         diagonal_slot: wp.array(dtype=int),
         friction_coefficient: scalar,
-        tolerances: wp.array(dtype=scalar),
+        approach: scalar,
         # in
         pairs: Pairs,
         values: wp.array(dtype=mat33),
         x: wp.array(dtype=vec3),
         impulses: wp.array(dtype=vec3),
+        largest_impulse: wp.array(dtype=scalar),
         counters: wp.array(dtype=int),
         scalars: wp.array(dtype=wp.float64),
         # in and out
         modes: wp.array(dtype=int),
         slip_velocities: wp.array(dtype=vec3),
-        # out
         frictions: wp.array(dtype=vec3),
+        # out
         stiffness: wp.array(dtype=mat33),
         changed: wp.array(dtype=int),
         violations: wp.array(dtype=vec2),
     ):
-        c = wp.tid()
+        number = wp.tid()
+        if number >= pairs.found_count[0]:
+            return
+        c = pairs.found[number]
+        pushed = wp.length_sq(frictions[c]) > scalar(0.0)
         changed[c] = 0
         violations[c] = vec2()
         frictions[c] = vec3()
         stiffness[c] = mat33()
-        k = pairs.corners[c]
-        if k[0] < 0:
-            return
-        w = pairs.weights[c]
+        k, w = pairs.nodes[c], pairs.weights[c]
         n = pairs.normals[c]
         mode = modes[c]
         least = pairs.least[c]
-        give = mobility(pairs.nodes[c], fixed, diagonal_slot, values)
-        for a in range(3):
+        give = scalar(0.0)
+        for a in range(4):
             give += w[a] * w[a] * mobility(k[a], fixed, diagonal_slot, values)
         if give == scalar(0.0):
             return
         weight = scalar(1.0) / give
+        none = least_share * largest_impulse[0]
         u = narrow(relative(pairs, c, x))
         impulse = impulses[c]
         normal_impulse = wp.dot(n, impulse)
@@ -141,29 +152,29 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         next_mode = lift
         if mode == lift:
             violations[c] = vec2(weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0))
-            if normal_speed < least - tolerances[1]:
+            if normal_speed < least - approach:
                 next_mode = slide
                 slip_velocities[c] = vec3()
-        elif normal_impulse < -tolerances[0]:
+        elif normal_impulse < -none:
             violations[c] = vec2(-normal_impulse, wp.length(friction))
             if mode == stick:
                 next_mode = slide
                 changed[c] = 1
                 slip_velocities[c] = vec3()
         else:
-            bound = friction_coefficient * wp.max(normal_impulse, scalar(0.0))
+            bound = pairs.roughness[c] * friction_coefficient * wp.max(normal_impulse, scalar(0.0))
             trial = friction - weight * sliding
             violations[c] = vec2(
                 wp.max(-normal_impulse, scalar(0.0)),
-                law.coulomb_violation(n, friction, trial, bound),
+                law.coulomb_violation(friction, trial, bound),
             )
             # the law cannot be kept closer than the residual that the solver leaves, or than the
             # rounding of the products with this node's velocity
-            left = scalar(wp.sqrt(scalars[stopping.FLOOR_SQUARE]))
-            left += rounding * weight * wp.length(x[pairs.nodes[c]])
+            left = none + scalar(wp.sqrt(scalars[stopping.FLOOR_SQUARE]))
+            left += rounding * weight * wp.length(x[k[0]])
             last = slip_velocities[c]
             next_mode, unsettled, force, block, made_at = law.choose(
-                mode, n, friction, sliding, last, bound, weight, left, counters[PASSES], tolerances
+                mode, n, friction, sliding, last, pushed, bound, weight, left, counters[PASSES]
             )
             changed[c] = unsettled
             frictions[c] = force
@@ -186,7 +197,8 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     ):
         for i in range(right.shape[0]):
             right_with_slip[i] = right[i] + ground_frictions[i]
-        for c in range(modes.shape[0]):
+        for number in range(pairs.found_count[0]):
+            c = pairs.found[number]
             if modes[c] == slide:
                 share(pairs, c, frictions[c], right_with_slip)
 
@@ -195,28 +207,43 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         # model
         max_passes: int,
         # in
+        pairs: Pairs,
         changed: wp.array(dtype=int),
         modes: wp.array(dtype=int),
         violations: wp.array(dtype=vec2),
         # in and out
         counters: wp.array(dtype=int),
         largest_violations: wp.array(dtype=vec2),
+        # out
+        unsettled: wp.array(dtype=int),
+        worst: wp.array(dtype=int),
     ):
         # on top of what ``conclude_pass`` made of the ground's contacts
         total = int(0)
         touching = int(0)
         largest = largest_violations[0]
-        for c in range(modes.shape[0]):
+        most = scalar(0.0)
+        worst[0] = -1
+        for number in range(pairs.found_count[0]):
+            c = pairs.found[number]
             total += changed[c]
             largest = wp.max(largest, violations[c])
+            size = wp.max(violations[c][0], violations[c][1])
+            if size > most:
+                most = size
+                worst[0] = c
             if modes[c] != lift:
                 touching += 1
         counters[TOUCHING] = counters[TOUCHING] + touching
         counters[CHANGED] = counters[CHANGED] + total
         largest_violations[0] = largest
+        unsettled[0] = total
         if total > 0:
-            counters[AGAIN] = wp.where(counters[PASSES] < max_passes, 1, 0)
-            counters[stopping.LOOSE] = wp.where(counters[PASSES] < max_passes - 1, 1, 0)
+            # what pairs have not found by then they do not find later
+            limit = wp.min(max_passes, all_passes)
+            if counters[PASSES] < limit:
+                counters[AGAIN] = 1
+            counters[stopping.LOOSE] = wp.where(counters[PASSES] < limit - 1, 1, 0)
 
     return SimpleNamespace(
         find_impulses=find_impulses,

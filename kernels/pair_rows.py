@@ -1,7 +1,9 @@
-"""Constraints on the velocities of nodes relative to triangles, inside conjugate gradients.
+"""Constraints on the relative velocities of two surfaces, inside conjugate gradients.
 
-Row p of C takes velocities to u_p = v_i - sum_k w_k v_k, the node's relative to the point of the
-triangle that it touches. A sticking pair gives all of u_p, a sliding one n . u_p. With S the
+Row p of C takes velocities to u_p = sum_k w_k v_k over the four nodes of a pair, whose weights add
+up to zero: a node (1) and the corners of a triangle, or two ends of an edge and two of another. It
+is the velocity of the one point relative to the other. A sticking pair gives all of u_p, a sliding
+one n . u_p. With S the
 projector of the ground's modes, the velocities left free are the null space of N C S (N = 1 or n
 n^T), and ``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The small system is solved by
 conjugate gradients of its own, in one thread and in double precision: pairs are few beside nodes,
@@ -18,6 +20,7 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
+from warp_softbody.kernels import stopping
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "pairs"
@@ -41,7 +44,7 @@ contradict."""
 def make_pair_rows(precision: str) -> SimpleNamespace:
     """Kernels that project vectors of nodes, and functions for the other kernels of pairs."""
     types = real(precision)
-    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    scalar, vec3, vec4, mat33 = types.scalar, types.vec3, types.vec4, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
     line = wp.constant(cg.LINE)
@@ -52,16 +55,24 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
     damping = wp.constant(wp.float64(DAMPING))
     none = wp.constant(wp.float64(0.0))
+    floor_square = wp.constant(stopping.FLOOR_SQUARE)
+    target_square = wp.constant(stopping.TARGET_SQUARE)
 
     @wp.struct
     class Pairs:
-        nodes: wp.array(dtype=int)
-        corners: wp.array(dtype=wp.vec3i)
-        weights: wp.array(dtype=vec3)
+        nodes: wp.array(dtype=wp.vec4i)
+        weights: wp.array(dtype=vec4)
         normals: wp.array(dtype=vec3)
         least: wp.array(dtype=scalar)
+        roughness: wp.array(dtype=scalar)
+        found: wp.array(dtype=int)
+        found_count: wp.array(dtype=int)
         rows: wp.array(dtype=int)
         count: wp.array(dtype=int)
+        marks: wp.array(dtype=int)
+        touched: wp.array(dtype=int)
+        held: wp.array(dtype=int)
+        counts: wp.array(dtype=int)
 
     @wp.struct
     class Work:
@@ -86,25 +97,19 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
 
     @func
     def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):
-        k, w = pairs.corners[c], wide(pairs.weights[c])
-        other = w[0] * wide(v[k[0]]) + w[1] * wide(v[k[1]]) + w[2] * wide(v[k[2]])
-        return wide(v[pairs.nodes[c]]) - other
+        k, w = pairs.nodes[c], pairs.weights[c]
+        u = vec3d()
+        for a in range(4):
+            u += wp.float64(w[a]) * wide(v[k[a]])
+        return u
 
     @func
-    def scatter(pairs: Pairs, c: int, force: vec3d, out: wp.array(dtype=vec3d)):
-        k, w, i = pairs.corners[c], wide(pairs.weights[c]), pairs.nodes[c]
-        out[i] = out[i] + force
-        out[k[0]] = out[k[0]] - w[0] * force
-        out[k[1]] = out[k[1]] - w[1] * force
-        out[k[2]] = out[k[2]] - w[2] * force
-
-    @func
-    def clear(pairs: Pairs, c: int, out: wp.array(dtype=vec3d)):
-        k = pairs.corners[c]
-        out[pairs.nodes[c]] = vec3d()
-        out[k[0]] = vec3d()
-        out[k[1]] = vec3d()
-        out[k[2]] = vec3d()
+    def relative_work(pairs: Pairs, c: int, v: wp.array(dtype=vec3d)):
+        k, w = pairs.nodes[c], pairs.weights[c]
+        u = vec3d()
+        for a in range(4):
+            u += wp.float64(w[a]) * v[k[a]]
+        return u
 
     @func
     def left_free(freedom: Freedom, i: int, v: vec3d):
@@ -119,12 +124,23 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         return vec3d()
 
     @func
-    def filter(pairs: Pairs, c: int, freedom: Freedom, v: wp.array(dtype=vec3d)):
-        # a node of several pairs is filtered again to the same value
-        k, i = pairs.corners[c], pairs.nodes[c]
-        v[i] = left_free(freedom, i, v[i])
-        for a in range(3):
-            v[k[a]] = left_free(freedom, k[a], v[k[a]])
+    def spread(
+        pairs: Pairs,
+        freedom: Freedom,
+        forces: wp.array(dtype=vec3d),
+        nodal: wp.array(dtype=vec3d),
+    ):
+        # nodal = S C^T forces, at the nodes of the rows; few of them touch the ground as well
+        for number in range(pairs.counts[0]):
+            nodal[pairs.touched[number]] = vec3d()
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            k, w = pairs.nodes[c], pairs.weights[c]
+            for a in range(4):
+                nodal[k[a]] = nodal[k[a]] + wp.float64(w[a]) * forces[row]
+        for number in range(pairs.counts[1]):
+            i = pairs.held[number]
+            nodal[i] = left_free(freedom, i, nodal[i])
 
     @func
     def given(pairs: Pairs, c: int, mode: int, u: vec3d):
@@ -143,18 +159,10 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         out: wp.array(dtype=vec3d),
     ):
         # out = N C S C^T N x, and nodal = S C^T N x; x obeys N x = x
-        count = pairs.count[0]
-        for row in range(count):
-            clear(pairs, pairs.rows[row], nodal)
-        for row in range(count):
-            scatter(pairs, pairs.rows[row], x[row], nodal)
-        for row in range(count):
-            filter(pairs, pairs.rows[row], freedom, nodal)
-        for row in range(count):
+        spread(pairs, freedom, x, nodal)
+        for row in range(pairs.count[0]):
             c = pairs.rows[row]
-            k, w = pairs.corners[c], wide(pairs.weights[c])
-            other = w[0] * nodal[k[0]] + w[1] * nodal[k[1]] + w[2] * nodal[k[2]]
-            out[row] = given(pairs, c, modes[c], nodal[pairs.nodes[c]] - other)
+            out[row] = given(pairs, c, modes[c], relative_work(pairs, c, nodal))
 
     @func
     def solve(
@@ -218,23 +226,10 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         v: wp.array(dtype=vec3),
     ):
         # v += factor S C^T y
-        count = pairs.count[0]
-        for row in range(count):
-            clear(pairs, pairs.rows[row], work.nodal)
-        for row in range(count):
-            scatter(pairs, pairs.rows[row], work.y[row], work.nodal)
-        for row in range(count):
-            filter(pairs, pairs.rows[row], freedom, work.nodal)
-        # each node once: what has been added is taken off the work array
-        for row in range(count):
-            c = pairs.rows[row]
-            k, i = pairs.corners[c], pairs.nodes[c]
+        spread(pairs, freedom, work.y, work.nodal)
+        for number in range(pairs.counts[0]):
+            i = pairs.touched[number]
             v[i] = narrow(wide(v[i]) + factor * work.nodal[i])
-            work.nodal[i] = vec3d()
-            for a in range(3):
-                j = k[a]
-                v[j] = narrow(wide(v[j]) + factor * work.nodal[j])
-                work.nodal[j] = vec3d()
 
     @func
     def stiffen(
@@ -262,13 +257,33 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         # in
         pairs: Pairs,
         modes: wp.array(dtype=int),
+        freedom: Freedom,
     ):
+        # the pairs that hold something, their nodes, and those of them that touch the ground
         count = int(0)
-        for c in range(modes.shape[0]):
+        for number in range(pairs.found_count[0]):
+            c = pairs.found[number]
             if modes[c] != lift:
                 pairs.rows[count] = c
                 count += 1
         pairs.count[0] = count
+        touched = int(0)
+        held = int(0)
+        for row in range(count):
+            k = pairs.nodes[pairs.rows[row]]
+            for a in range(4):
+                i = k[a]
+                if pairs.marks[i] == 0:
+                    pairs.marks[i] = 1
+                    pairs.touched[touched] = i
+                    touched += 1
+                    if freedom.kinds[i] != free:
+                        pairs.held[held] = i
+                        held += 1
+        for number in range(touched):
+            pairs.marks[pairs.touched[number]] = 0
+        pairs.counts[0] = touched
+        pairs.counts[1] = held
 
     @kernel
     def impose(
@@ -298,13 +313,25 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         freedom: Freedom,
         work: Work,
         stiffness: wp.array(dtype=mat33),
+        tolerance: wp.array(dtype=wp.float64),
+        masses: wp.array(dtype=scalar),
+        before: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
         # out
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
+        scalars: wp.array(dtype=wp.float64),
     ):
-        # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square
+        # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square. Bodies at rest that are
+        # pushed apart have a right side of nothing: there their change of momentum says what is
+        # small
         if pairs.count[0] > 0:
+            momentum = wp.float64(0.0)
+            for i in range(r.shape[0]):
+                momentum += wp.length_sq(wp.float64(masses[i]) * (wide(x[i]) - wide(before[i])))
+            floor = tolerance[0] * tolerance[0] * momentum
+            scalars[floor_square] = wp.max(scalars[floor_square], floor)
+            scalars[target_square] = wp.max(scalars[target_square], floor)
             stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
             multipliers(pairs, modes, freedom, work, r, none)
             remove(pairs, freedom, work, wp.float64(-1.0), r)

@@ -216,9 +216,10 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
     def join_touching(
         # model
         node_start: wp.array(dtype=int),
-        surface_nodes: wp.array(dtype=int),
         # in
-        corners: wp.array(dtype=wp.vec3i),
+        found: wp.array(dtype=int),
+        found_count: wp.array(dtype=int),
+        nodes: wp.array(dtype=wp.vec4i),
         modes: wp.array(dtype=int),
         # out
         groups: wp.array(dtype=int),
@@ -227,10 +228,12 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         count = groups.shape[0]
         for body in range(count):
             groups[body] = body
-        for c in range(modes.shape[0]):
-            if modes[c] != lift and corners[c][0] >= 0:
-                one = groups[body_of(surface_nodes[c], node_start)]
-                other = groups[body_of(corners[c][0], node_start)]
+        for number in range(found_count[0]):
+            c = found[number]
+            if modes[c] != lift:
+                # the third node is of the other side, of a triangle as of an edge
+                one = groups[body_of(nodes[c][0], node_start)]
+                other = groups[body_of(nodes[c][2], node_start)]
                 if one != other:
                     for body in range(count):
                         if groups[body] == wp.max(one, other):

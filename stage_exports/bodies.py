@@ -23,6 +23,8 @@ class StagedBody:
     Attributes:
         character: the body.
         layout: its index sets, in its own numbers.
+        number: its place among the bodies.
+        starts: the first rows of all bodies in Frame.positions.
         nodes: its rows of Frame.positions.
         segments: its rows of Frame.activations.
         vertices: its rows of Frame.fiber_points.
@@ -33,6 +35,8 @@ class StagedBody:
 
     character: Character
     layout: Layout
+    number: int
+    starts: tuple[int, ...]
     nodes: slice
     segments: slice
     vertices: slice
@@ -55,17 +59,21 @@ class StagedBody:
             velocities=frame.velocities[self.nodes],
             activations=frame.activations[self.segments],
             fiber_points=frame.fiber_points[self.vertices],
-            contacts=self._own(frame.contacts),
+            contacts=self._own(frame),
             patches=frame.patches if self.plans else ContactSample(),
         )
 
-    def _own(self, contacts: ContactSample) -> ContactSample:
-        own = (contacts.nodes >= self.nodes.start) & (contacts.nodes < self.nodes.stop)
-        return ContactSample(
-            nodes=contacts.nodes[own] - self.nodes.start,
-            points=contacts.points[own],
-            modes=contacts.modes[own],
-            forces=contacts.forces[own],
+    def _own(self, frame: Frame) -> ContactSample:
+        """All that acts on its nodes, in its own numbers and those of the bodies on other sides."""
+        bodies = np.searchsorted(self.starts, frame.contacts.nodes, side="right") - 1
+        contacts = replace(frame.contacts, bodies=bodies.astype(np.int32))
+        contacts = contacts.seen_by(self.number, frame.positions)
+        others = contacts.partner_nodes
+        starts = np.array(self.starts, dtype=np.int32)[contacts.partners][:, None]
+        return replace(
+            contacts,
+            nodes=contacts.nodes - self.nodes.start,
+            partner_nodes=np.where(others >= 0, others - starts, others),
         )
 
 
@@ -90,6 +98,7 @@ def staged_bodies(scene: Scene) -> tuple[StagedBody, ...]:
     """All bodies of a scene, the character first."""
     bodies: list[StagedBody] = []
     vertices = 0
+    starts = tuple(part.nodes.start for part in scene.parts)
     for character, part in zip(scene.characters, scene.parts, strict=True):
         layout = Layout.of(character)
         start, vertices = vertices, vertices + len(layout.fiber_vertices)
@@ -97,6 +106,8 @@ def staged_bodies(scene: Scene) -> tuple[StagedBody, ...]:
             StagedBody(
                 character=character,
                 layout=layout,
+                number=len(bodies),
+                starts=starts,
                 nodes=part.nodes,
                 segments=part.segments,
                 vertices=slice(start, vertices),

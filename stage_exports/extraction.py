@@ -28,12 +28,22 @@ GROUND_NUMBERS = (
 )
 
 
+PARTNER_PRIMVARS = {
+    "nodes": conventions.CONTACT_NODE,
+    "partners": conventions.CONTACT_PARTNER,
+    "partner_nodes": conventions.CONTACT_PARTNER_NODES,
+    "partner_weights": conventions.CONTACT_PARTNER_WEIGHTS,
+}
+"""Attributes by the field of `ContactSample` that they hold."""
+
+
 class StoredContacts(TypedDict):
     """What the samples of a contact prim hold, one array a frame."""
 
     points: list[Array]
     modes: list[Array]
     forces: list[Array]
+    partners: list[dict[str, Array]]
 
 
 class StoredBody(TypedDict):
@@ -177,7 +187,15 @@ def _contacts(prim: Any, codes: list[float]) -> StoredContacts | None:
         points=[_value(prim, "points", code) for code in codes],
         modes=[_value(prim, conventions.CONTACT_MODE, code) for code in codes],
         forces=[_value(prim, conventions.CONTACT_FORCE, code) for code in codes],
+        partners=[_partners(prim, code) for code in codes],
     )
+
+
+def _partners(prim: Any, code: float) -> dict[str, Array]:
+    """Nodes and other sides of contacts, where a stage tells them."""
+    if not prim.HasAttribute(conventions.CONTACT_PARTNER):
+        return {}
+    return {name: _value(prim, attribute, code) for name, attribute in PARTNER_PRIMVARS.items()}
 
 
 def _ground(prim: Any) -> dict[str, Array] | None:

@@ -28,6 +28,7 @@ def define_body(stage: Any, body: StagedBody, material: Any) -> None:
         shown.append(_define_fibers(stage, f"{path}/{conventions.FIBERS}", body))
     if body.touches:
         shown.append(_define_contacts(stage, f"{path}/{conventions.CONTACTS}"))
+        _define_partners(shown[-1])
     if body.plans:
         patches = _define_contacts(stage, f"{path}/{conventions.PATCHES}")
         patches.CreatePurposeAttr(UsdGeom.Tokens.guide)
@@ -107,6 +108,20 @@ def _define_contacts(stage: Any, path: str) -> Any:
     force = Sdf.ValueTypeNames.Vector3fArray
     _primvar(contacts, conventions.CONTACT_FORCE, force, "vertex").Set(empty)
     return contacts
+
+
+def _define_partners(contacts: Any) -> None:
+    for name, kind, empty in (
+        (conventions.CONTACT_NODE, Sdf.ValueTypeNames.IntArray, values.integers([])),
+        (conventions.CONTACT_PARTNER, Sdf.ValueTypeNames.IntArray, values.integers([])),
+        (conventions.CONTACT_PARTNER_NODES, Sdf.ValueTypeNames.Int3Array, values.triples([])),
+        (
+            conventions.CONTACT_PARTNER_WEIGHTS,
+            Sdf.ValueTypeNames.Float3Array,
+            values.vectors(np.zeros((0, 3))),
+        ),
+    ):
+        _primvar(contacts, name, kind, "vertex").Set(empty)
 
 
 def _primvar(prim: Any, name: str, type_name: Any, interpolation: str) -> Any:

@@ -47,9 +47,10 @@ class Take(Value):
         skin_faces: (t, 3) indices of skin points.
         fiber_points: (f, s, 2, 3) m, both ends of each muscle segment.
         activations: (f, s) l_d / l_0.
-        contacts: touching nodes, one sample a frame, without their numbers; empty ones where
-            there is nothing to touch.
-        patches: what the controller planned for its patches, likewise.
+        contacts: touching nodes, one sample a frame; empty ones where there is nothing to touch.
+            All that acts on the body; bodies on the other side in the order of `body_names`, nodes
+            in their numbers. Stages of older versions do not tell nodes and other sides.
+        patches: what the controller planned for its patches, without numbers.
         ground: what it moved on, or None.
         metadata: what the writer was given.
     """

@@ -23,6 +23,10 @@ _TYPES = {
     conventions.ACTIVATION: Sdf.ValueTypeNames.FloatArray,
     conventions.CONTACT_MODE: Sdf.ValueTypeNames.IntArray,
     conventions.CONTACT_FORCE: Sdf.ValueTypeNames.Vector3fArray,
+    conventions.CONTACT_NODE: Sdf.ValueTypeNames.IntArray,
+    conventions.CONTACT_PARTNER: Sdf.ValueTypeNames.IntArray,
+    conventions.CONTACT_PARTNER_NODES: Sdf.ValueTypeNames.Int3Array,
+    conventions.CONTACT_PARTNER_WEIGHTS: Sdf.ValueTypeNames.Float3Array,
 }
 
 
@@ -73,6 +77,7 @@ def frame_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
         yield from _fiber_samples(body, frame)
     if body.touches:
         yield from _contact_samples(conventions.CONTACTS, body, frame.contacts)
+        yield from _partner_samples(conventions.CONTACTS, frame.contacts)
     if body.plans:
         yield from _contact_samples(conventions.PATCHES, body, frame.patches)
 
@@ -104,3 +109,15 @@ def _contact_samples(prim: str, body: StagedBody, contacts: ContactSample) -> It
     yield Sample(prim, "primvars:displayColor", values.vectors(mode_colors(contacts.modes)))
     yield Sample(prim, conventions.CONTACT_MODE, values.integers(contacts.modes))
     yield Sample(prim, conventions.CONTACT_FORCE, values.vectors(contacts.forces))
+
+
+def _partner_samples(prim: str, contacts: ContactSample) -> Iterator[Sample]:
+    """Whose contacts: the node, the body on the other side, and where on it."""
+    nodes = contacts.nodes
+    if len(nodes) != len(contacts.points):
+        nodes = np.full(len(contacts.points), -1, dtype=np.int32)
+    yield Sample(prim, conventions.CONTACT_NODE, values.integers(nodes))
+    yield Sample(prim, conventions.CONTACT_PARTNER, values.integers(contacts.partners))
+    corners, weights = contacts.partner_nodes, contacts.partner_weights
+    yield Sample(prim, conventions.CONTACT_PARTNER_NODES, values.triples(corners))
+    yield Sample(prim, conventions.CONTACT_PARTNER_WEIGHTS, values.vectors(weights))

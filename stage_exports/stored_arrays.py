@@ -96,11 +96,15 @@ def contacts(name: str, stored: StoredContacts | None, frames: int) -> tuple[Con
     """
     if stored is None:
         return tuple(ContactSample() for _ in range(frames))
-    rows = zip(stored["points"], stored["modes"], stored["forces"], strict=True)
+    rows = zip(
+        stored["points"], stored["modes"], stored["forces"], stored["partners"], strict=True
+    )
     return tuple(_contact(name, *row) for row in rows)
 
 
-def _contact(name: str, points: Stored, modes: Stored, forces: Stored) -> ContactSample:
+def _contact(
+    name: str, points: Stored, modes: Stored, forces: Stored, partners: dict[str, Stored]
+) -> ContactSample:
     count = points.size // 3
     if modes.shape != (count,) or not np.isin(modes, [int(mode) for mode in ContactMode]).all():
         raise ValueError(f"{name} have modes that are none")
@@ -108,4 +112,21 @@ def _contact(name: str, points: Stored, modes: Stored, forces: Stored) -> Contac
         points=numbers(f"points of {name}", points.reshape(-1, 3), (count, 3)),
         modes=np.array(modes, dtype=np.int32),
         forces=numbers(f"forces of {name}", forces.reshape(-1, 3), (count, 3)),
+        **_partners(name, count, partners),
     )
+
+
+def _partners(name: str, count: int, stored: dict[str, Stored]) -> dict[str, Any]:
+    """Nodes and other sides of ``count`` contacts, where they are stored.
+
+    Raises:
+        ValueError: they do not fit the contacts.
+    """
+    found: dict[str, Any] = {}
+    for field, array in stored.items():
+        shape = (count, 3) if field in ("partner_nodes", "partner_weights") else (count,)
+        if array.size != int(np.prod(shape)):
+            raise ValueError(f"{name} have {array.size} of {field}, not {int(np.prod(shape))}")
+        given = numbers(f"{field} of {name}", array.reshape(shape), shape)
+        found[field] = given if field == "partner_weights" else given.astype(np.int32)
+    return found

@@ -77,7 +77,7 @@ class Accountant:
         outer_impulses: Any,
         before: Any,
         change: Any,
-        corners: Any = None,
+        found: list[Any] | None = None,
     ) -> None:
         """Launch the account of a step that ends.
 
@@ -87,7 +87,7 @@ class Accountant:
             outer_impulses: (n,) vec3 N s.
             before: (n,) vec3 m/s, velocities before the step.
             change: (n,) vec3 m/s, what the step adds to them.
-            corners: (c,) vec3i of the triangles of pairs; None where the scene has none.
+            found: numbers of the pairs that there are, and how many; None where there are none.
         """
         m, a, k = self._model, self._model.arrays, self._kernels
         sums = [self._missing, self._exchanged]
@@ -98,9 +98,8 @@ class Accountant:
             inputs = [a["body_start"], a["contact_start"], a["surface_nodes"], a["fixed"]]
             inputs += [contacts.modes, contacts.impulses, normals, before, change]
             self._launch(k.add_ground, inputs, [*sums, self._gained])
-        if corners is not None and contacts.pairs is not None:
-            inputs = [a["body_start"], a["surface_nodes"], corners]
-            inputs += [contacts.pairs.modes, contacts.pairs.impulses]
+        if found is not None and contacts.pairs is not None:
+            inputs = [a["body_start"], *found, contacts.pairs.nodes, contacts.pairs.impulses]
             self._launch(k.add_pairs, inputs, sums)
 
     def read(self) -> Account:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,9 @@ from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.rigid_balance import make_rigid_balance
 from warp_softbody.linear_solver import ConjugateGradients
 from warp_softbody.model import Model
-from warp_softbody.pair_contact import PairContact, PairRows
+from warp_softbody.pair_contact import Known, PairContact, PairRows
 from warp_softbody.preconditioner import make_preconditioner
-from warp_softbody.state import Contacts, State
+from warp_softbody.state import Contacts, PairStates, State
 from warp_softbody.step_statistics import StepStatistics
 
 FRESH_ITERATIONS = 3
@@ -75,8 +76,7 @@ class ContactResolution:
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
-            where = (self._solver.kinds, self._solver.axes)
-            self._pairs = PairContact(model, *where, assembly.values)
+            self._pairs = PairContact(model, self._solver, assembly.values)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         if dim > 0:
@@ -117,6 +117,22 @@ class ContactResolution:
 
         again = contact_stages.AGAIN
         wp.capture_while(self._solver.counters[again : again + 1], settle)
+        if self._pairs is not None:
+            wp.capture_if(self._pairs.unsettled, lambda: self._launch_ending(state, contacts))
+
+    def _launch_ending(self, state: State, contacts: Contacts) -> None:
+        """Launch the end of a step whose pairs did not settle."""
+        if self._pairs is None or contacts.pairs is None:
+            return
+        frictions, stiffness = contacts.friction_forces, contacts.slip_stiffness
+        sides = (self.right, self.right_with_slip, frictions, stiffness)
+        moved = (self.before, self.change, self._velocities)
+        known = Known(*sides, *moved, self._add_up, self._take_difference)
+
+        def solve(pairs: PairStates | None) -> None:
+            self._launch_pass(state, replace(contacts, pairs=pairs))
+
+        self._pairs.end_safely(contacts.pairs, solve, self._solver, known)
 
     def _add_pair_frictions(self, contacts: Contacts) -> None:
         if self._pairs is not None and contacts.pairs is not None:
@@ -147,9 +163,8 @@ class ContactResolution:
         if self._pairs is not None and contacts.pairs is not None:
             self._add_up()
             self._pairs.impose(contacts.pairs, self._velocities)
-            inputs = [self.before, self._velocities]
-            self._launch(self._ends.take_difference, m.node_count, inputs, [self.change])
-            rows = PairRows(self._pairs, contacts.pairs, self._velocities)
+            self._take_difference()
+            rows = PairRows(self._pairs, contacts.pairs, self.before, self._velocities)
         slip_stiffness = contacts.slip_stiffness
         known = (self.right_with_slip, slip_stiffness, self.change)
         self._solver.solve(*known, rows, first=first)
@@ -160,12 +175,17 @@ class ContactResolution:
         inputs = [self.before, self.change]
         self._launch(self._ends.add_up, self._model.node_count, inputs, [self._velocities])
 
+    def _take_difference(self) -> None:
+        """Launch the change that leads to the velocities, where pairs have changed them."""
+        inputs = [self.before, self._velocities]
+        self._launch(self._ends.take_difference, self._model.node_count, inputs, [self.change])
+
     def _launch_balance(self, state: State, contacts: Contacts) -> None:
         """Launch what gives bodies back the momenta that the solve left over."""
         a, solver, k = self._model.arrays, self._solver, self._rigid_balance
         if self._pairs is not None and contacts.pairs is not None:
-            inputs = [a["body_start"], a["surface_nodes"]]
-            inputs += [self._pairs.corners, contacts.pairs.modes]
+            inputs = [a["body_start"], *self._pairs.found]
+            inputs += [contacts.pairs.nodes, contacts.pairs.modes]
             self._launch(k.join_touching, 1, inputs, [self._groups])
         inputs = [a["body_start"], self._groups, a["mass"], a["damped_mass"], a["gravity"]]
         # Newton's method has other arms in every iteration
@@ -219,11 +239,10 @@ class ContactResolution:
 
     def launch_account(self, contacts: Contacts) -> None:
         """Launch the account of the step, once its contacts have their impulses."""
-        normals, corners = self._solver.normals, None
-        if self._pairs is not None and contacts.pairs is not None:
-            corners = self._pairs.corners
+        normals = self._solver.normals
+        found = None if self._pairs is None else self._pairs.found
         moved = (self.outer_impulses, self.before, self.change)
-        self.accountant.launch(contacts, normals, *moved, corners)
+        self.accountant.launch(contacts, normals, *moved, found)
 
     def _worst_node(self) -> int:
         """Of the last pass: the node that misses its law of contact with the ground most."""
@@ -250,6 +269,7 @@ class ContactResolution:
         dt = options.time_step
         signorini, coulomb = (float(v) / dt for v in self._read_violations()[0])
         settled = int(counters[contact_stages.CHANGED]) == 0
+        worst = None if settled or self._pairs is None else self._pairs.worst()
         return StepStatistics(
             iterations=iterations,
             passes=passes,
@@ -264,4 +284,5 @@ class ContactResolution:
             signorini=signorini,
             coulomb=coulomb,
             worst_node=-1 if settled else self._worst_node(),
+            worst_pair=worst,
         )

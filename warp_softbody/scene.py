@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+import numpy.typing as npt
+
 from warp_softbody import checks, input_kinds
 from warp_softbody.bodies import Body, Part, join, parts_of
 from warp_softbody.character import Character
@@ -103,6 +106,12 @@ class Scene(FrozenValue):
     def parts(self) -> tuple[Part, ...]:
         """Where each body stands in the joined arrays."""
         return parts_of(self.characters)
+
+    @cached_property
+    def node_bodies(self) -> npt.NDArray[np.int32]:
+        """(n,) number of each node's body in `parts`."""
+        counts = [part.nodes.stop - part.nodes.start for part in self.parts]
+        return np.repeat(np.arange(len(counts), dtype=np.int32), counts)
 
     @property
     def has_pairs(self) -> bool:

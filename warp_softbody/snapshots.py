@@ -7,12 +7,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.frame import ContactMode, ContactSample, Frame
+from warp_softbody.frame import GROUND, ContactMode, ContactSample, Frame
 from warp_softbody.model import Model
 from warp_softbody.state import Contacts, PairStates, State
 from warp_softbody.view import BodyView
 
 FloatArray = npt.NDArray[np.float64]
+Touching = tuple[
+    npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]
+]
+"""Nodes, modes, impulses, nodes on the other side and their weights, of one kind of contact."""
 
 
 class Snapshots:
@@ -23,6 +27,8 @@ class Snapshots:
         self._model = model
         own = np.arange(model.node_count) < model.scene.parts[0].nodes.stop
         self._character_masses = np.where(own, model.masses, 0.0)
+        self._names = tuple(part.name for part in model.scene.parts)
+        self._bodies = model.scene.node_bodies
 
     def view(
         self, state: State, contacts: Contacts, rest_lengths: FloatArray, time: float
@@ -72,20 +78,51 @@ class Snapshots:
         return np.minimum(rest_lengths / rest, 1.0) if len(rest) else np.zeros(0)
 
     def _touching(self, contacts: Contacts, positions: FloatArray) -> ContactSample:
-        surface = self._model.body.mesh.surface_nodes
-        states: list[Contacts | PairStates] = [contacts] if self._model.contact_count else []
-        states += [contacts.pairs] if contacts.pairs is not None else []
-        modes = np.concatenate([state.modes.numpy() for state in states] or [np.zeros(0, int)])
-        impulses = np.concatenate([s.impulses.numpy() for s in states] or [np.zeros((0, 3))])
-        chosen = modes != ContactMode.LIFT
-        nodes = np.tile(surface, len(states))[chosen]
+        found = [self._on_ground(contacts)] if self._model.contact_count else []
+        if contacts.pairs is not None:
+            found.append(self._on_surfaces(contacts.pairs))
+        if not found:
+            return ContactSample(names=self._names)
+        nodes, modes, impulses, others, weights = map(np.concatenate, zip(*found, strict=True))
+        partners = np.where(others[:, 0] >= 0, self._bodies[others[:, 0]], GROUND)
         return ContactSample(
             nodes=nodes.astype(np.int32),
             points=positions[nodes],
             # the places of a polygon of friction are all sliding
-            modes=np.minimum(modes[chosen], ContactMode.SLIDE).astype(np.int32),
-            forces=impulses[chosen].astype(np.float64) / self._model.options.time_step,
+            modes=np.minimum(modes, ContactMode.SLIDE).astype(np.int32),
+            forces=impulses.astype(np.float64) / self._model.options.time_step,
+            bodies=self._bodies[nodes],
+            partners=partners.astype(np.int32),
+            partner_nodes=others.astype(np.int32),
+            partner_weights=weights.astype(np.float64),
+            names=self._names,
         )
+
+    def _on_ground(self, contacts: Contacts) -> Touching:
+        modes = contacts.modes.numpy()
+        chosen = modes != ContactMode.LIFT
+        nodes = self._model.body.mesh.surface_nodes[chosen]
+        others = np.full((len(nodes), 3), -1)
+        return nodes, modes[chosen], contacts.impulses.numpy()[chosen], others, 0.0 * others
+
+    def _on_surfaces(self, pairs: PairStates) -> Touching:
+        """The nodes' pairs, then those of edges, once for either end."""
+        modes = pairs.modes.numpy()
+        chosen = np.flatnonzero(modes != ContactMode.LIFT)
+        edge = chosen >= len(self._model.body.mesh.surface_nodes)
+        nodes, weights = pairs.nodes.numpy()[chosen], pairs.weights.numpy()[chosen]
+        modes, impulses = modes[chosen], pairs.impulses.numpy()[chosen]
+        corners, between = nodes[~edge, 1:], -weights[~edge, 1:]
+        found = [(nodes[~edge, 0], modes[~edge], impulses[~edge], corners, between)]
+        ends, shares = nodes[edge], weights[edge]
+        column = np.zeros((len(ends), 1))
+        others = np.concatenate([ends[:, 2:], column.astype(np.int32) - 1], axis=1)
+        between = np.concatenate([-shares[:, 2:], column], axis=1)
+        for end in range(2):
+            borne = shares[:, end : end + 1] * impulses[edge]
+            found.append((ends[:, end], modes[edge], borne, others, between))
+        joined = [np.concatenate(arrays) for arrays in zip(*found, strict=True)]
+        return joined[0], joined[1], joined[2], joined[3], joined[4]
 
 
 def _doubles(array: Any) -> FloatArray:

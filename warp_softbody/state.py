@@ -11,6 +11,7 @@ import warp as wp
 from warp_softbody import checks
 from warp_softbody.errors import InputError
 from warp_softbody.model import Model
+from warp_softbody.surface_edges import SurfaceEdges
 from warp_softbody.turns import shares_warp
 
 SLACK = 1e6
@@ -97,29 +98,46 @@ class Control:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PairStates:
-    """Contact of surface nodes with triangles of other bodies or their own, kept likewise.
+    """Contact of surfaces with other bodies' or their own, kept likewise.
+
+    The first pairs are those of the surface nodes with triangles, in their order; two for each edge
+    of the surfaces follow, with edges of other bodies, where there are several bodies.
 
     Attributes:
         modes: (c,) int, as those of `Contacts`.
-        impulses: (c,) vec3 N s, onto the node; the triangle bears the opposite.
+        impulses: (c,) vec3 N s, onto the node or edge; the other side bears the opposite.
+        nodes: (c,) vec4i, of the step: a node and a triangle, or two ends of an edge and of
+            another; -1 where there is no pair.
+        weights: (c,) vec4, of the nodes on one side adding up to 1, on the other to -1.
         friction_forces, slip_velocities, slip_stiffness: as those of `Contacts`, by pair, of the
-            velocity relative to the triangle.
+            velocity relative to the other side.
     """
 
     modes: Any
     impulses: Any
+    nodes: Any
+    weights: Any
     friction_forces: Any
     slip_velocities: Any
     slip_stiffness: Any
 
     @staticmethod
+    def count(model: Model) -> int:
+        """How many pairs there may be."""
+        mesh = model.body.mesh
+        edges = SurfaceEdges.count(mesh.surface) if model.scene.others else 0
+        return len(mesh.surface_nodes) + 2 * edges
+
+    @staticmethod
     @shares_warp
     def none(model: Model) -> PairStates:
         """Nothing touches yet."""
-        count, types = len(model.body.mesh.surface_nodes), model.types
+        count, types = PairStates.count(model), model.types
         return PairStates(
             model.zeros(count, int),
             model.zeros(count, types.vec3),
+            model.array(np.full((count, 4), -1, dtype=np.int32), wp.vec4i),
+            model.zeros(count, types.vec4),
             model.zeros(count, types.vec3),
             model.zeros(count, types.vec3),
             model.zeros(count, types.mat33),

@@ -26,6 +26,8 @@ class StepStatistics:
         coulomb: largest violation of Coulomb's law, N: distance of a node's friction from the
             one that the law demands at its velocity and normal impulse, over dt.
         worst_node: the node of the larger of the two where contact did not settle; else -1.
+        worst_pair: names of the two bodies whose contact missed the laws most, where contact did
+            not settle and surfaces touch each other.
     """
 
     iterations: int
@@ -41,6 +43,7 @@ class StepStatistics:
     signorini: float
     coulomb: float
     worst_node: int
+    worst_pair: tuple[str, str] | None = None
 
     @property
     def settled(self) -> bool:

@@ -17,6 +17,7 @@ from tests.bodies import box, epsilon
 from warp_softbody import Material, Plane, Push, Scene, Simulation, SimulationOptions, TetMesh
 from warp_softbody.bodies import Body, placed
 from warp_softbody.character import Character
+from warp_softbody.frame import GROUND
 from warp_softbody.options import Precision
 
 FloatArray = npt.NDArray[np.float64]
@@ -80,7 +81,7 @@ def test_fixed_slab_is_the_ground(height: float, speed: float) -> None:
 
     Friction obeys its law by 5 % of its bound while sliding speeds change (docs/contact.md), so
     speeds differ by parts of the friction's change of velocity in a step, mu g dt = 0.05 m/s, in
-    the steps of the impact; they are not kept, and places stay together to 0.1 mm.
+    the steps of the impact; they are not kept, and places stay together to 0.2 mm.
     """
     body = cube(at=(0.0, 0.0, height))
     thrown = (speed, 0.0, 0.0)
@@ -90,7 +91,7 @@ def test_fixed_slab_is_the_ground(height: float, speed: float) -> None:
     nodes = len(body.mesh.points)
     ground, pairs = (simulate(scene, 1.0, **options) for scene in (on_ground, on_slab))
     expected = ground._state.positions.numpy()
-    np.testing.assert_allclose(pairs._state.positions.numpy()[:nodes], expected, atol=1e-4)
+    np.testing.assert_allclose(pairs._state.positions.numpy()[:nodes], expected, atol=2e-4)
     assert pairs._state.positions.numpy()[:nodes, 2].min() > -1e-6
 
 
@@ -104,13 +105,9 @@ def test_stack_bears_its_weight(precision: Precision, degrees: float) -> None:
     )
     simulation = simulate(scene, 5.0, precision=precision)
     weight = SOFT.density * SIDE**3 * GRAVITY
-    contacts = simulation._contacts
-    assert contacts.pairs is not None
-    dt = simulation.model.options.time_step
-    upper = simulation.model.body.mesh.surface_nodes >= len(bodies[0].mesh.points)
-    impulses = contacts.pairs.impulses.numpy()[:, 2] / dt
-    between = impulses[upper].sum() - impulses[~upper].sum()
-    below = contacts.impulses.numpy()[:, 2].sum() / dt
+    contacts = simulation._handed_out().contacts
+    between = contacts.force_on("b", by="a")[2]
+    below = contacts.force_on("a", by=GROUND)[2]
     assert between == pytest.approx(weight, rel=1e-4)
     assert below == pytest.approx(2.0 * weight, rel=1e-4)
 
