@@ -111,8 +111,8 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             value = project(kinds[i], axes[i], value)
             r[i] = value
             total += double_dot(value, value)
+            moved += moved_square(masses[i], start[i], change[i])
             if follows != 0:
-                moved += moved_square(masses[i], start[i], change[i])
                 net += wp.vec3d(wp.float64(value[0]), wp.float64(value[1]), wp.float64(value[2]))
         partial[c] = total
         change_partial[c] = moved

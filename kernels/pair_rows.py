@@ -20,7 +20,6 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
-from warp_softbody.kernels import stopping
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "pairs"
@@ -55,8 +54,6 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
     damping = wp.constant(wp.float64(DAMPING))
     none = wp.constant(wp.float64(0.0))
-    floor_square = wp.constant(stopping.FLOOR_SQUARE)
-    target_square = wp.constant(stopping.TARGET_SQUARE)
 
     @wp.struct
     class Pairs:
@@ -313,25 +310,13 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         freedom: Freedom,
         work: Work,
         stiffness: wp.array(dtype=mat33),
-        tolerance: wp.array(dtype=wp.float64),
-        masses: wp.array(dtype=scalar),
-        before: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
         # out
         r: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
-        scalars: wp.array(dtype=wp.float64),
     ):
-        # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square. Bodies at rest that are
-        # pushed apart have a right side of nothing: there their change of momentum says what is
-        # small
+        # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square
         if pairs.count[0] > 0:
-            momentum = wp.float64(0.0)
-            for i in range(r.shape[0]):
-                momentum += wp.length_sq(wp.float64(masses[i]) * (wide(x[i]) - wide(before[i])))
-            floor = tolerance[0] * tolerance[0] * momentum
-            scalars[floor_square] = wp.max(scalars[floor_square], floor)
-            scalars[target_square] = wp.max(scalars[target_square], floor)
             stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
             multipliers(pairs, modes, freedom, work, r, none)
             remove(pairs, freedom, work, wp.float64(-1.0), r)

@@ -146,6 +146,9 @@ def make_stopping(precision: str) -> SimpleNamespace:
         tolerance = relative_tolerance[0]
         change = wp.max(scalars[CHANGE_SQUARE], tolerance * tolerance * square)
         scalars[CHANGE_SQUARE] = change
+        # what contact imposes on a body at rest is momentum too
+        whole = tolerance * tolerance * total_of(change_partial)
+        scalars[WHOLE_SQUARE] = wp.max(scalars[WHOLE_SQUARE], whole)
         scalars[FLOOR_SQUARE] = wp.min(scalars[WHOLE_SQUARE], most_square * change)
         scalars[TARGET_SQUARE] = scalars[FLOOR_SQUARE]
         if follows != 0:

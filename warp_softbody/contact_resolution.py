@@ -164,7 +164,7 @@ class ContactResolution:
             self._add_up()
             self._pairs.impose(contacts.pairs, self._velocities)
             self._take_difference()
-            rows = PairRows(self._pairs, contacts.pairs, self.before, self._velocities)
+            rows = PairRows(self._pairs, contacts.pairs, self._velocities)
         slip_stiffness = contacts.slip_stiffness
         known = (self.right_with_slip, slip_stiffness, self.change)
         self._solver.solve(*known, rows, first=first)

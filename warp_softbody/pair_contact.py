@@ -60,7 +60,6 @@ class PairContact:
         precision = model.options.precision
         self._model = model
         self._matrix = matrix
-        self._scalars = solver.scalars
         self._rows = make_pair_rows(precision)
         self._modes = make_pair_modes(precision)
         self._pairs = self._rows.Pairs()
@@ -118,14 +117,10 @@ class PairContact:
         self._launch(self._rows.list_rows, [self._bound(pairs), pairs.modes, self._freedom], [])
         self._launch(self._rows.impose, self._shared(pairs), [x])
 
-    def finish_residual(
-        self, pairs: PairStates, before: Any, x: Any, r: Any, partial: Any
-    ) -> None:
+    def finish_residual(self, pairs: PairStates, x: Any, r: Any, partial: Any) -> None:
         """Launch r = P (b - matrix x) from the ground's S (b - M~ x)."""
-        a = self._model.arrays
-        inputs = [*self._shared(pairs), pairs.slip_stiffness, a["tolerance"], a["mass"]]
-        inputs += [before, x]
-        self._launch(self._rows.finish_residual, inputs, [r, partial, self._scalars])
+        inputs = [*self._shared(pairs), pairs.slip_stiffness, x]
+        self._launch(self._rows.finish_residual, inputs, [r, partial])
 
     def project(self, pairs: PairStates, v: Any) -> None:
         """Launch v = P v."""
@@ -228,20 +223,15 @@ class PairContact:
 class PairRows:
     """Pairs with the states of a step, as constraints on its solves."""
 
-    def __init__(
-        self, contact: PairContact, pairs: PairStates, before: Any, velocities: Any
-    ) -> None:
-        """Bind the caller's states, and velocities (n,) vec3 m/s.
-
-        Those ``before`` the step, and those that a solve starts from.
-        """
+    def __init__(self, contact: PairContact, pairs: PairStates, velocities: Any) -> None:
+        """Bind the caller's states, and the velocities (n,) vec3 m/s that a solve starts from."""
         self._contact = contact
         self._pairs = pairs
-        self._before, self._velocities = before, velocities
+        self._velocities = velocities
 
     def finish_residual(self, r: Any, partial: Any) -> None:
         """See `Constraints`."""
-        self._contact.finish_residual(self._pairs, self._before, self._velocities, r, partial)
+        self._contact.finish_residual(self._pairs, self._velocities, r, partial)
 
     def project(self, v: Any) -> None:
         """See `Constraints`."""

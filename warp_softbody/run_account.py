@@ -15,7 +15,7 @@ from warp_softbody.step_statistics import StepStatistics
 
 FloatArray = npt.NDArray[np.float64]
 
-MOST_MISSING = 1e-3
+MOST_MISSING = 1e-2
 """Momentum that may be missing, of all that a body exchanged in a run."""
 
 DIVERGED = 1.0

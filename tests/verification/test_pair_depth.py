@@ -178,7 +178,7 @@ def test_a_cube_inside_another_comes_out() -> None:
     outer = cube("outer", (0.0, 0.0, 0.0), 3, side=0.4)
     inner = cube("inner", (0.05, 0.02, 0.0), 2, side=0.1)
     scene = Scene(character=outer, others=(Body(character=inner),), gravity=NO_GRAVITY)
-    _, frame = ended(scene, 0.7)
+    _, frame = ended(scene, 1.5)
     assert deepest(scene, frame) < 1e-3
     assert shares(scene, frame)["inner"][:, 0].min() > 0.19
 
