@@ -43,9 +43,10 @@ class Unsettled:
 
     Attributes:
         time: at which it began, s.
-        body: name of the one that violates its contact laws most.
-        node: its node, counted within that body; -1 where contact had settled and the linear solve
-            had not reached its tolerance.
+        body: name of the one that violates its contact laws most; of both, as "a and b", where
+            that is two bodies' contact with each other.
+        node: its node, counted within that body; -1 for two bodies, and where contact had settled
+            and the linear solve had not reached its tolerance.
         force: by how much, N.
     """
 
@@ -107,7 +108,11 @@ class RunAccount:
         self._bad_steps += 1
         force = max(statistics.signorini, statistics.coulomb)
         if self._worst is None or force > self._worst.force:
-            self._worst = self._named(statistics.worst_node, time, force)
+            if statistics.worst_pair is not None:
+                both = " and ".join(statistics.worst_pair)
+                self._worst = Unsettled(time=time, body=both, node=-1, force=force)
+            else:
+                self._worst = self._named(statistics.worst_node, time, force)
 
     def _named(self, node: int, time: float, force: float) -> Unsettled:
         parts = self._model.scene.parts
@@ -118,8 +123,13 @@ class RunAccount:
         return Unsettled(time=time, body=parts[0].name, node=-1, force=force)
 
     def has_diverged(self, account: Account) -> bool:
-        """Whether a body has got more momentum from nowhere than from forces."""
-        return not self._momentum_error(account) < DIVERGED
+        """Whether all bodies together have got more momentum from nowhere than from forces.
+
+        What they do to each other cancels in the sum, so that it need not be known.
+        """
+        exchanged = float((self._momentum + account.exchanged).sum())
+        missing = float(np.linalg.norm(account.missing.sum(axis=0)))
+        return not missing < DIVERGED * max(exchanged, 1e-300)
 
     def _momentum_error(self, account: Account) -> float:
         """Largest share of the momentum exchanged that is missing, over the bodies."""

@@ -209,7 +209,7 @@ class Simulation:
             what = "numbers stopped being finite"
         elif not statistics.resolved:
             what = f"nodes are too far away for {options.precision} to tell them apart"
-        elif not statistics.settled and self._account.has_diverged(self._stepper.account()):
+        elif not statistics.converged and self._account.has_diverged(self._stepper.account()):
             what = "a linear solve diverged, and more momentum came from nowhere than from forces"
         if what is None:
             return

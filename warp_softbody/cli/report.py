@@ -29,11 +29,12 @@ def as_text(summary: RunSummary, more: Mapping[str, Any], *, asked_time_step: fl
 def _unsettled(summary: RunSummary) -> str:
     worst = summary.findings.unsettled
     told = f"{summary.unconverged_steps} steps"
-    if worst is None or worst.node < 0:
+    if worst is None or worst.force == 0.0:
         return told
+    where = f"node {worst.node} of {worst.body!r}" if worst.node >= 0 else f"{worst.body}"
     return (
-        f"{told}, the worst at {worst.time:.3f} s: node {worst.node} of {worst.body!r} misses its "
-        f"contact law by {worst.force:.2g} N"
+        f"{told}, the worst at {worst.time:.3f} s: {where} misses its contact law by "
+        f"{worst.force:.2g} N"
     )
 
 
