@@ -19,8 +19,8 @@ FPS = 100.0
 """A frame every step."""
 
 PUSHED_STEP = 10
-HUGE = 1e200
-"""A force, N, whose square is beyond double precision and which is itself beyond single."""
+HUGE = 1e25
+"""A force, N, whose square is beyond single precision."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +121,7 @@ def refused_input(overrides: dict[str, Any]) -> Ending:
 
 
 STOPS: tuple[Stop, ...] = (
-    Stop(name="huge push", extreme="a push of 1e200 N in step 10, free bar", attempt=huge_push),
+    Stop(name="huge push", extreme="a push of 1e25 N in step 10, free bar", attempt=huge_push),
     Stop(name="NaN state", extreme="a NaN in the state", attempt=poisoned_state),
     Stop(name="NaN input", extreme="NaN or infinity in what is given", attempt=refused_input),
 )

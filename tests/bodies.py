@@ -218,6 +218,24 @@ def rig(
     )
 
 
+def given_back(
+    masses: FloatArray, positions: FloatArray, velocities: FloatArray, known: FloatArray
+) -> FloatArray:
+    """Velocities (n, 3) with the turn that leaves a free body the moment of its known momentum.
+
+    Args:
+        masses: damped ones, (n,) kg.
+        positions: at the start of the step, (n, 3) m.
+        velocities: v+ of the step's matrix alone, (n, 3) m/s.
+        known: M v + dt f, (n, 3) kg m/s, where inner forces may stand, as they have no moment.
+    """
+    arms = positions - masses @ positions / masses.sum()
+    lacks = np.cross(arms, known - masses[:, None] * velocities).sum(axis=0)
+    squares = np.einsum("n,na,nb->ab", masses, arms, arms)
+    inertia = np.trace(squares) * np.eye(3) - squares
+    return np.asarray(velocities + np.cross(np.linalg.solve(inertia, lacks), arms))
+
+
 def turned(points: FloatArray, axis: Sequence[float], angle: float) -> FloatArray:
     """Points turned about an axis through the origin by an angle in radians."""
     return np.asarray(points @ turn(axis, angle).T)

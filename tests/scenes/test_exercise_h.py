@@ -80,5 +80,5 @@ def test_the_path_is_its_own_derivative() -> None:
 
 
 def test_a_path_without_length_is_refused() -> None:
-    with pytest.raises(InputError, match="sway period must be finite and above 0"):
+    with pytest.raises(InputError, match=r"Sway.period must be a positive number"):
         Sway(period=0.0)
