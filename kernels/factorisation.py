@@ -3,7 +3,6 @@
 from functools import cache
 from types import SimpleNamespace
 
-import numpy as np
 import warp as wp
 
 from warp_softbody.kernels import conjugate_gradients as cg
@@ -67,9 +66,6 @@ FACTORISE = """
     }
 """
 
-PIVOT_MARGIN = 200.0
-"""Roundings of a pivot that are added to it, so that the factor stays positive definite."""
-
 
 @cache
 def make_factorisation(precision: str) -> SimpleNamespace:
@@ -78,7 +74,6 @@ def make_factorisation(precision: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     mat34 = wp.types.matrix(shape=(3, 4), dtype=scalar)
     zero = wp.constant(scalar(0.0))
-    margin = wp.constant(scalar(PIVOT_MARGIN * float(np.finfo(precision).eps)))
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
     held, line = wp.constant(cg.HELD), wp.constant(cg.LINE)
@@ -98,6 +93,7 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         # model
         order: wp.array(dtype=int),
         diagonal_slot: wp.array(dtype=int),
+        margin: scalar,
         # in
         values: wp.array(dtype=mat33),
         kinds: wp.array(dtype=int),
@@ -107,7 +103,7 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         pivots: wp.array(dtype=mat33),
     ):
         # diagonal blocks of A: the matrix with slip stiffness on the velocities that contact leaves
-        # free, and a multiple of the identity on those it gives
+        # free, and a multiple of the identity on those it gives. ``margin``: part of itself added
         i = wp.tid()
         node = order[i]
         kind = kinds[node]

@@ -12,6 +12,7 @@ from warp_softbody.checks import refuse
 from warp_softbody.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
+DOUBLE = np.dtype(np.float64)
 
 
 def array(
@@ -49,10 +50,12 @@ def array(
 
 def _is_ready(value: object, shape: tuple[int | None, ...] | None, finite: bool) -> bool:
     """Whether nothing is wrong with an array; told fast, for what is made in every step."""
-    if type(value) is not np.ndarray or value.dtype != np.float64 or not _fits(value.shape, shape):
+    if type(value) is not np.ndarray or value.dtype is not DOUBLE:
+        return False
+    if shape is not None and value.shape != shape and not _fits(value.shape, shape):
         return False
     # a finite sum has only finite terms
-    return not finite or math.isfinite(value.sum())
+    return not finite or math.isfinite(np.add.reduce(value, axis=None))
 
 
 def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...] | None) -> bool:

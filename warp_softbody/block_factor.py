@@ -41,8 +41,11 @@ class Freedom:
 class BlockFactor:
     """Factorises a matrix of 3 x 3 blocks and solves with the factor; launches are capturable."""
 
-    def __init__(self, elimination: Elimination, types: Real, device: str) -> None:
-        """Arrays for the factor; nothing is computed yet."""
+    def __init__(
+        self, elimination: Elimination, types: Real, device: str, margin: float = 0.0
+    ) -> None:
+        """Arrays for the factor; nothing is computed yet. ``margin``: `Model.pivot_margin`."""
+        self._margin = margin
         self._device = device
         self._count = len(elimination.order)
         self._kernels = make_cholesky(types.name)
@@ -91,7 +94,7 @@ class BlockFactor:
     def factorise(self, values: Any, freedom: Freedom) -> None:
         """Launch the factorisation of a matrix on the velocities left free."""
         k, entries = self._factorisation, len(self._column)
-        pivots = [self._order, self._diagonal_slot, values]
+        pivots = [self._order, self._diagonal_slot, self._margin, values]
         pivots += [freedom.kinds, freedom.axes, freedom.slip_stiffness]
         self._launch(k.gather_pivots, self._count, pivots, [self._pivots])
         blocks = [self._row, self._column, self._matrix_slot, self._order, values]

@@ -19,6 +19,7 @@ from warp_softbody import array_checks, checks
 from warp_softbody.block_factor import Freedom
 from warp_softbody.errors import InputError
 from warp_softbody.free_turn import FreeTurn
+from warp_softbody.host_view import HostViews
 from warp_softbody.kernels import block_gradients as bg
 from warp_softbody.kernels.block_gradients import make_block_gradients
 from warp_softbody.kernels.conjugate_gradients import FREE, HELD
@@ -104,6 +105,7 @@ class Bridge:
         self._room |= {name: model.zeros(blocks, block) for name in scalars}
         self._blocks = blocks
         self._work = self._room
+        self._views = HostViews()
         self._last_rows = 0
         self._graphs: dict[tuple[bool, int], Any] = {}
 
@@ -113,6 +115,7 @@ class Bridge:
         if blocks > self._blocks:
             self._allocate(blocks)
         self._work = {name: array[:blocks] for name, array in self._room.items()}
+        self._views = HostViews()
         self._work["x"].zero_()
         self._last_rows = count
 
@@ -140,19 +143,20 @@ class Bridge:
         iterations = self._solve_blocks(left[others])
         count, segments = len(rows), model.segment_count
         responses = np.empty((count, rows.shape[1]))
-        responses[others] = self._from_blocks(self._work["x"].numpy(), len(others))
+        responses[others] = self._from_blocks(self._views.read(self._work["x"]), len(others))
         responses[moved] = np.tile(shifts, model.node_count)
         free_velocity = np.empty(count)
-        free_velocity[others] = self._work["response"].numpy().reshape(-1)[: len(others)]
-        momenta = self._stepper.assembly.momentum.numpy().sum(axis=0, dtype=np.float64)
+        free_velocity[others] = self._views.read(self._work["response"]).reshape(-1)[: len(others)]
+        known = self._views.read(self._stepper.assembly.momentum)
+        momenta = known.sum(axis=0, dtype=np.float64)
         free_velocity[moved] = shifts @ momenta
         maps = np.zeros((count, segments))
-        maps[others] = self._from_blocks(self._work["maps"].numpy(), len(others))[:, :segments]
+        by_segment = self._views.read(self._work["maps"])
+        maps[others] = self._from_blocks(by_segment, len(others))[:, :segments]
         if turn is not None:
             # muscles have no torque, so that their maps stay
             responses += turn.responses
-            momentum = self._stepper.assembly.momentum.numpy().astype(np.float64)
-            free_velocity += turn.responses @ momentum.ravel()
+            free_velocity += turn.responses @ known.astype(np.float64).ravel()
         compliance = rows @ responses.T
         return ControlProblem(
             rows=rows,
@@ -160,7 +164,7 @@ class Bridge:
             compliance=0.5 * (compliance + compliance.T),
             free_velocity=free_velocity,
             muscle_map=maps,
-            lengths=self._stepper.lengths.numpy().astype(np.float64),
+            lengths=self._views.read(self._stepper.lengths).astype(np.float64),
             rest_lengths=model.muscles.rest_lengths,
             iterations=iterations,
             converged=iterations < MOST_ITERATIONS,
@@ -172,7 +176,7 @@ class Bridge:
         one = len(model.scene.parts) == 1 and not len(model.body.fixed)
         if not one or state is None or model.options.newton_iterations > 1:
             return None
-        positions = state.positions.numpy().astype(np.float64)
+        positions = self._views.read(state.positions).astype(np.float64)
         masses = model.masses * model.materials[0].mass_factor
         return FreeTurn.of(rows, positions, masses)
 
@@ -211,7 +215,7 @@ class Bridge:
         wp.capture_launch(self._graphs[key])
         if renew:
             self._preconditioner.renewed()
-        iterations = int(self._counters.numpy()[bg.ITERATIONS])
+        iterations = int(self._views.read(self._counters)[bg.ITERATIONS])
         self._preconditioner.used(BLOCK_COST * iterations, fresh=BLOCK_COST)
         return iterations
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from warp_softbody.character import Character
 from warp_softbody.elimination import Elimination, build_elimination
 from warp_softbody.errors import InputError
 from warp_softbody.kernels.precision import Real, real
+from warp_softbody.mesh_geometry import shortest_edge
 from warp_softbody.model_arrays import (
     Allocator,
     MaterialPart,
@@ -23,7 +25,7 @@ from warp_softbody.model_arrays import (
 )
 from warp_softbody.muscle_layout import MuscleLayout, build_muscle_layout, join_layouts
 from warp_softbody.options import SimulationOptions
-from warp_softbody.precision_choice import with_precision
+from warp_softbody.precision_choice import stiffness_over_mass, with_precision
 from warp_softbody.rest_matrix import rest_matrix
 from warp_softbody.scene import Scene
 from warp_softbody.topology import Topology, build_topology
@@ -37,6 +39,12 @@ CHUNKS = 64
 
 MOST_FACTOR_BLOCKS = 12_000
 """Blocks of a body's factor beyond which two levels cost less than it, by measurement."""
+
+PIVOT_ROUNDINGS = 200.0
+"""Roundings of a pivot that may be added to it."""
+
+LOST_MASS = 100.0
+"""One over the part of the mass that rounding of the stiffness takes where all of them are."""
 
 RECOVERY_SPEED = 0.5
 """Speed, m/s, at which a sunken node of a body of a metre is pushed out."""
@@ -144,6 +152,22 @@ class Model:
         """Largest speed at which a sunken node is pushed out, m/s."""
         asked = self.options.recovery_speed
         return RECOVERY_SPEED * self.speed_share if asked is None else asked
+
+    @cached_property
+    def pivot_margin(self) -> float:
+        """Part of a pivot that is added to it, so that rounding leaves factors positive definite.
+
+        What elimination leaves of a stiff body's mass may be less than rounding takes; a soft one
+        needs no margin, and its factor is better without.
+        """
+        rounding = float(np.finfo(self.options.precision).eps)
+        scene, dt = self.scene, self.options.time_step
+        edges = [shortest_edge(c.mesh.points, c.mesh.tets) for c in scene.characters]
+        ratio = max(
+            stiffness_over_mass(character.material, edge, dt)
+            for character, edge in zip(scene.characters, edges, strict=True)
+        )
+        return PIVOT_ROUNDINGS * rounding * min(1.0, LOST_MASS * rounding * ratio)
 
     @property
     def chunk(self) -> int:

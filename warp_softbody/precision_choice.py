@@ -16,6 +16,7 @@ import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from warp_softbody.character import Character
+from warp_softbody.material import Material
 from warp_softbody.mesh_geometry import shortest_edge
 from warp_softbody.options import SimulationOptions
 from warp_softbody.scene import Scene
@@ -84,6 +85,12 @@ def lost_in_single(scene: Scene, reaches: Sequence[float], time_step: float) -> 
     return None
 
 
+def stiffness_over_mass(material: Material, edge: float, dt: float) -> float:
+    """Ratio of the stiffness in M~ to the mass at a node with edges as short as ``edge``, m."""
+    stiff = material.young_modulus * (dt * material.stiffness_damping + dt * dt)
+    return stiff / (material.density * edge**2)
+
+
 def usual_change(gravity: FloatArray, velocity: ArrayLike, time_step: float) -> float:
     """What a step adds to a body's velocity, m/s; without gravity and speed, no bound."""
     fall = float(np.linalg.norm(gravity)) * time_step
@@ -99,10 +106,9 @@ class _Body:
     reach: float
 
     def stiffness_over_mass(self, dt: float) -> float:
-        """Largest ratio of a node's block of M~ to its mass."""
+        """See the function of this name."""
         material = self.character.material
-        stiff = material.young_modulus * (dt * material.stiffness_damping + dt * dt)
-        return stiff / (material.density * self.edge**2)
+        return stiffness_over_mass(material, self.edge, dt)
 
     @property
     def false_pressure(self) -> float:

@@ -70,7 +70,9 @@ class WarpedFactor:
         self._cost = model.elimination.refresh_cost
         self._excess = float("inf")
         self._kernels = make_cholesky(model.options.precision)
-        self.factor = BlockFactor(model.elimination, types, model.options.device)
+        self.factor = BlockFactor(
+            model.elimination, types, model.options.device, margin=model.pivot_margin
+        )
         self._factor_rotations = model.zeros(n, types.mat33)
         self._turns = model.zeros(n, types.mat33)
 
@@ -133,7 +135,9 @@ class TwoLevel:
         self._unturned = model.array(np.tile(np.eye(3), (coarse, 1, 1)), types.mat33)
         self._freedom: Freedom | None = None
         self._block_arrays: dict[int, tuple[Any, Any, Any]] = {}
-        self._factor = BlockFactor(model.elimination, types, model.options.device)
+        self._factor = BlockFactor(
+            model.elimination, types, model.options.device, margin=model.pivot_margin
+        )
         free = Freedom(
             model.zeros(coarse, wp.int32),
             model.zeros(coarse, types.vec3),

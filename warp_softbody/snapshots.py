@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.frame import GROUND, ContactMode, ContactSample, Frame
+from warp_softbody.host_view import HostViews
 from warp_softbody.model import Model
 from warp_softbody.state import Contacts, PairStates, State
 from warp_softbody.view import BodyView
@@ -29,6 +30,7 @@ class Snapshots:
         self._character_masses = np.where(own, model.masses, 0.0)
         self._names = tuple(part.name for part in model.scene.parts)
         self._bodies = model.scene.node_bodies
+        self._views = HostViews()
 
     def view(
         self, state: State, contacts: Contacts, rest_lengths: FloatArray, time: float
@@ -37,14 +39,15 @@ class Snapshots:
         model = self._model
         touching = np.zeros(model.node_count, dtype=bool)
         if model.contact_count:
-            touching[model.body.mesh.surface_nodes] = contacts.modes.numpy() != ContactMode.LIFT
+            modes = self._views.read(contacts.modes)
+            touching[model.body.mesh.surface_nodes] = modes != ContactMode.LIFT
         return BodyView(
             scene=model.scene,
             time=time,
             time_step=model.options.time_step,
             masses=self._character_masses,
-            positions=_doubles(state.positions),
-            velocities=_doubles(state.velocities),
+            positions=self._doubles(state.positions),
+            velocities=self._doubles(state.velocities),
             touching=touching,
             activations=self._activations(rest_lengths),
         )
@@ -59,14 +62,14 @@ class Snapshots:
         planned: ContactSample,
     ) -> Frame:
         """The state as a run hands it out."""
-        positions = _doubles(state.positions)
+        positions = self._doubles(state.positions)
         layout = self._model.muscles
         points = np.einsum("pk,pka->pa", layout.point_weights, positions[layout.point_nodes])
         return Frame(
             index=index,
             time=time,
             positions=positions,
-            velocities=_doubles(state.velocities),
+            velocities=self._doubles(state.velocities),
             activations=self._activations(rest_lengths),
             fiber_points=points,
             contacts=self._touching(contacts, positions),
@@ -99,11 +102,12 @@ class Snapshots:
         )
 
     def _on_ground(self, contacts: Contacts) -> Touching:
-        modes = contacts.modes.numpy()
+        modes = self._views.read(contacts.modes)
         chosen = modes != ContactMode.LIFT
         nodes = self._model.body.mesh.surface_nodes[chosen]
         others = np.full((len(nodes), 3), -1)
-        return nodes, modes[chosen], contacts.impulses.numpy()[chosen], others, 0.0 * others
+        impulses = self._views.read(contacts.impulses)[chosen]
+        return nodes, modes[chosen], impulses, others, 0.0 * others
 
     def _on_surfaces(self, pairs: PairStates) -> Touching:
         """The nodes' pairs, then those of edges, once for either end."""
@@ -124,6 +128,5 @@ class Snapshots:
         joined = [np.concatenate(arrays) for arrays in zip(*found, strict=True)]
         return joined[0], joined[1], joined[2], joined[3], joined[4]
 
-
-def _doubles(array: Any) -> FloatArray:
-    return np.array(array.numpy(), dtype=np.float64)
+    def _doubles(self, array: Any) -> FloatArray:
+        return np.array(self._views.read(array), dtype=np.float64)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import warp as wp
 
 from warp_softbody import checks
@@ -183,9 +184,8 @@ class Contacts:
         )
 
 
-def check_tensions(control: Control) -> None:
+def check_tensions(lengths: npt.NDArray[Any]) -> None:
     """Refuse rest lengths that are not finite: of them no segment would pull, and nothing tell."""
-    lengths = control.rest_lengths.numpy()
     if not np.isfinite(lengths).all():
         segment = int(np.flatnonzero(~np.isfinite(lengths))[0])
         raise InputError(

@@ -16,7 +16,7 @@ from warp_softbody import checks
 from warp_softbody.account import Account
 from warp_softbody.assembly import Assembly
 from warp_softbody.contact_resolution import ContactResolution
-from warp_softbody.host_view import HostView
+from warp_softbody.host_view import HostView, HostViews
 from warp_softbody.kernels.contact_ends import make_contact_ends
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.mesh_geometry import shortest_edge
@@ -51,6 +51,7 @@ class Stepper:
         self._tensions = model.zeros(model.segment_count, types.scalar)
         self._extremes = model.zeros(2, wp.float64)
         self._read_extremes = HostView(self._extremes).read
+        self._views = HostViews()
         mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
@@ -131,7 +132,7 @@ class Stepper:
         return self._contact.accountant.read()
     def _check(self, control: Control) -> None:
         if self._muscles is not None and isinstance(control, Control):
-            check_tensions(control)
+            check_tensions(self._views.read(control.rest_lengths))
 
     def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
         """Replay a graph; the first time, capture it. States are told apart by identity."""

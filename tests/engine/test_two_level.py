@@ -20,7 +20,6 @@ from tests.engine.test_elimination import (
 from tests.verification import reference
 from warp_softbody import model as model_module
 from warp_softbody.aggregation import REGULARISATION
-from warp_softbody.kernels.factorisation import PIVOT_MARGIN
 from warp_softbody.options import Precision
 from warp_softbody.preconditioner import TwoLevel
 
@@ -94,7 +93,7 @@ def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
     rest[rows, :, coarse.pattern.column, :] = body.model.coarse_values
     own = np.arange(2 * coarse.count)
     traces = np.einsum("iaia->i", rest)[:, None] / 3.0
-    rounding = PIVOT_MARGIN * epsilon(body.model.options.precision)
+    rounding = body.model.pivot_margin
     for axis in range(3):
         rest[own, axis, own, axis] += rounding * traces[:, 0]
     identity = np.eye(3 * n)
