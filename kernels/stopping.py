@@ -36,7 +36,8 @@ CONDITION = 1
 TOTAL_ITERATIONS = 2
 UNCONVERGED = 3
 LOOSE = 7
-COUNTERS = 11
+FAILED = 11
+COUNTERS = 12
 
 LOOSE_REDUCTION = 0.03
 """Reduction of the residual in a solve whose only purpose is to choose contact modes."""
@@ -136,6 +137,7 @@ def make_stopping(precision: str) -> SimpleNamespace:
         change_partial: wp.array(dtype=wp.float64),
         net_partial: wp.array(dtype=wp.vec3d),
         first: int,
+        again: int,
         # out
         scalars: wp.array(dtype=wp.float64),
         counters: wp.array(dtype=int),
@@ -158,6 +160,9 @@ def make_stopping(precision: str) -> SimpleNamespace:
             stop = wp.max(stop, loose_square * square)
         scalars[STOP_SQUARE] = stop
         counters[ITERATIONS] = 0
+        if again != 0:
+            counters[UNCONVERGED] = counters[UNCONVERGED] - 1
+        counters[FAILED] = 0
         # an extrapolation that is good enough by itself would carry its error on from step to step
         least = stop
         if follows != 0 and first != 0:
@@ -203,6 +208,7 @@ def make_stopping(precision: str) -> SimpleNamespace:
                 go_on = 1
             else:
                 counters[UNCONVERGED] = counters[UNCONVERGED] + 1
+                counters[FAILED] = 1
         counters[CONDITION] = go_on
 
     return SimpleNamespace(

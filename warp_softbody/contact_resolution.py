@@ -168,6 +168,14 @@ class ContactResolution:
         slip_stiffness = contacts.slip_stiffness
         known = (self.right_with_slip, slip_stiffness, self.change)
         self._solver.solve(*known, rows, first=first)
+
+        def go_on() -> None:
+            # an old factor may serve so badly that a new one is cheaper than its iterations
+            self.preconditioner.renew(freedom)
+            self.preconditioner.prepare(freedom)
+            self._solver.solve(*known, rows, again=True)
+
+        wp.capture_if(self._solver.failed, go_on)
         self._launch_balance(state, contacts)
 
     def _add_up(self) -> None:

@@ -33,6 +33,10 @@ class ConjugateGradients:
     """S (M~ + G) v+ = S (M v + b), G the slip stiffness, v+ given where S is zero.
 
     Made to be captured.
+
+    Attributes:
+        counters, scalars: (k,) of the kernels in ``stopping``.
+        failed: (1,) int, whether the last solve did not converge.
     """
 
     def __init__(self, model: Model, values: Any, preconditioner: Preconditioner) -> None:
@@ -51,6 +55,7 @@ class ConjugateGradients:
         self._net = model.zeros(model.chunk_count, wp.vec3d)
         self.scalars = model.zeros(stopping.SCALARS, wp.float64)
         self.counters = model.zeros(stopping.COUNTERS, wp.int32)
+        self.failed = self.counters[stopping.FAILED : stopping.FAILED + 1]
         self._follows = int(model.options.follows_time_error)
         self.before = model.zeros(n, types.vec3)
         self.start = model.zeros(n, types.vec3)
@@ -95,11 +100,13 @@ class ConjugateGradients:
         constraints: Constraints | None = None,
         *,
         first: bool = False,
+        again: bool = False,
     ) -> None:
         """Launch the iteration from the change of velocities given, in place.
 
         Constraints narrow S to a part of the free velocities, and may add to the matrix.
-        The ``first`` solve of a step that follows its time error makes an iteration at least.
+        The ``first`` solve of a step that follows its time error makes an iteration at least; one
+        that goes on ``again`` takes back that the one before it did not converge.
         """
         m, k, v, s = self._model, self._kernels, self._vectors, self._sums
         rows, surroundings = self._operator(slip_stiffness)
@@ -107,7 +114,7 @@ class ConjugateGradients:
         if constraints is not None:
             constraints.finish_residual(v["r"], s["rr"])
         inputs = [m.arrays["tolerance"], self._follows, m.node_count]
-        inputs += [s["rr"], s["change"], self._net, int(first)]
+        inputs += [s["rr"], s["change"], self._net, int(first), int(again)]
         self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 
         def iterate() -> None:

@@ -71,7 +71,7 @@ class SimulationOptions:
     threads: int = 1
     tolerance: float | None = None
     max_iterations: int = 400
-    max_contact_passes: int = 50
+    max_contact_passes: int = 80
     bridge_tolerance: float = 1e-3
     recovery_speed: float | None = None
     sleep: bool = True
