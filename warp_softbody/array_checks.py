@@ -61,9 +61,12 @@ def _is_ready(value: object, shape: tuple[int | None, ...] | None, finite: bool)
 def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...] | None) -> bool:
     if wanted is None:
         return True
-    return len(shape) == len(wanted) and all(
-        want is None or want == have for want, have in zip(wanted, shape, strict=True)
-    )
+    if len(shape) != len(wanted):
+        return False
+    for want, have in zip(wanted, shape, strict=True):
+        if want is not None and want != have:
+            return False
+    return True
 
 
 def _shape(shape: tuple[int | None, ...]) -> str:
