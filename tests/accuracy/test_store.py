@@ -109,6 +109,8 @@ def test_links_beside_the_file_are_not_followed(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_written_shows_before_the_sweep(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # the extra `charts` brings it
+    pytest.importorskip("matplotlib")
     from warp_softbody.cli import chart_command, tune_command
 
     def never(args: object) -> None:
