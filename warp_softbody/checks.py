@@ -76,8 +76,8 @@ def number(
     Raises:
         InputError: it is none, or outside the range.
     """
-    if type(value) is float and low <= value <= high and above < value < below:
-        return value
+    if isinstance(value, float) and low <= value <= high and above < value < below:
+        return float(value)
     given = plain(value)
     real = math.nan
     if isinstance(given, Real) and not isinstance(given, bool):
