@@ -14,6 +14,7 @@ import warp as wp
 from warp_softbody.kernels import conjugate_gradients as cg
 from warp_softbody.kernels.contact_modes import LATE_PASSES, NEWTON_PASSES, SLIDE, STICK
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.smooth_cone import make_smooth_cone
 
 
 def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
@@ -24,6 +25,8 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
     newton_passes, late_passes = wp.constant(NEWTON_PASSES), wp.constant(LATE_PASSES)
     stick, slide = wp.constant(STICK), wp.constant(SLIDE)
     slides = wp.constant(cg.SLIDES)
+    cone = make_smooth_cone(precision, subject)
+    disc_violation, linearised_friction = cone.disc_violation, cone.linearised_friction
 
     @func
     def freedom_of(mode: int, n: vec3):
@@ -31,28 +34,9 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         return slides, n
 
     @func
-    def linearised_friction(
-        n: vec3, bound: scalar, sliding: vec3, last: vec3, slowest: scalar, newton: bool
-    ):
-        # -bound v / |v|: by Newton's method where v has nearly settled, else by Picard's
-        speed = wp.max(wp.length(sliding), slowest)
-        direction = sliding / speed
-        force = vec3()
-        stiffness = (bound / speed) * (wp.identity(n=3, dtype=scalar) - wp.outer(n, n))
-        settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
-        if settled and newton:
-            force = -bound * direction
-            stiffness -= (bound / speed) * wp.outer(direction, direction)
-        return force, stiffness
-
-    @func
     def coulomb_violation(n: vec3, friction: vec3, trial: vec3, bound: scalar):
-        # distance of the friction from the projection of the trial onto the disc of the bound
-        size = wp.length(trial)
-        nearest = trial
-        if size > bound:
-            nearest = (bound / size) * trial
-        return wp.length(friction - nearest)
+        # every direction across the normal is alike
+        return disc_violation(friction, trial, bound)
 
     @func
     def choose(

@@ -17,6 +17,7 @@ import warp as wp
 
 from warp_softbody.kernels.contact_modes import LAST_PASSES, SLIDE, STICK
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.smooth_cone import make_smooth_cone
 
 SLOW = 1e-3
 """Part of the bound that a pair's own block answers with a speed that counts as none."""
@@ -36,7 +37,7 @@ LATE_EXCESS = 1.5
 
 @cache
 def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
-    """Functions ``coulomb_violation`` and ``choose`` for the kernels of pairs."""
+    """Functions ``disc_violation`` and ``choose`` for the kernels of pairs."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
@@ -46,27 +47,8 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
     beyond = wp.constant(scalar(BEYOND))
     shrunk, late_excess = wp.constant(scalar(SHRUNK)), wp.constant(scalar(LATE_EXCESS))
     tiny = wp.constant(scalar(types.tiny))
-
-    @func
-    def coulomb_violation(friction: vec3, trial: vec3, bound: scalar):
-        # distance of the friction from the projection of the trial onto the disc of the bound
-        size = wp.length(trial)
-        nearest = trial
-        if size > bound:
-            nearest = (bound / size) * trial
-        return wp.length(friction - nearest)
-
-    @func
-    def linearised(n: vec3, bound: scalar, sliding: vec3, last: vec3, slowest: scalar):
-        # -bound u / |u|: by Newton's method where u has nearly settled, else by Picard's
-        speed = wp.max(wp.length(sliding), slowest)
-        direction = sliding / speed
-        force = vec3()
-        stiffness = (bound / speed) * (wp.identity(n=3, dtype=scalar) - wp.outer(n, n))
-        if wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed):
-            force = -bound * direction
-            stiffness -= (bound / speed) * wp.outer(direction, direction)
-        return force, stiffness
+    cone = make_smooth_cone(precision, subject)
+    linearised_friction = cone.linearised_friction
 
     @func
     def choose(
@@ -114,8 +96,8 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
                 law = friction + (bound / wp.max(speed, slowest)) * sliding
                 if wp.length(law) > missed * bound + left:
                     unsettled = 1
-                force, stiffness = linearised(n, bound, sliding, last, slowest)
+                force, stiffness = linearised_friction(n, bound, sliding, last, slowest, True)
                 made_at = sliding
         return next_mode, unsettled, force, stiffness, made_at
 
-    return SimpleNamespace(coulomb_violation=coulomb_violation, choose=choose)
+    return SimpleNamespace(disc_violation=cone.disc_violation, choose=choose)

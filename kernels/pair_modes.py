@@ -166,7 +166,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             trial = friction - weight * sliding
             violations[c] = vec2(
                 wp.max(-normal_impulse, scalar(0.0)),
-                law.coulomb_violation(friction, trial, bound),
+                law.disc_violation(friction, trial, bound),
             )
             # the law cannot be kept closer than the residual that the solver leaves, or than the
             # rounding of the products with this node's velocity
