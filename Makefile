@@ -45,9 +45,9 @@ charts: $(VENV)/.charts
 		--out docs/frontier --journal $(OUT)/frontier || failed=1; \
 	for pair in $(TUNED); do \
 		$(BIN)/python -m warp_softbody tune $${pair%=*} --error $${pair#*=} --workers 1 \
-			--journal $(OUT)/frontier --out warp_softbody/accuracy/tuned.json || failed=1; \
+			--journal $(OUT)/frontier --out warp_softbody/accuracy/analysis/tuned.json || failed=1; \
 	done; \
-	$(BIN)/python -m benchmarks.frontier_table --write docs/frontier.md && exit $$failed
+	$(BIN)/python -m benchmarks.charts --write docs/frontier.md && exit $$failed
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -21,14 +21,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from benchmarks.arguments import count
+from benchmarks.beam.arguments import count
 from warp_softbody import scenes
-from warp_softbody.options import SimulationOptions
-from warp_softbody.scene import Scene
+from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.engine.state import State
+from warp_softbody.engine.stepper import Stepper
+from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes.balance_i import balancing_letter
-from warp_softbody.simulation import Simulation
-from warp_softbody.state import State
-from warp_softbody.stepper import Stepper
+from warp_softbody.world.scene import Scene
 
 Make = Callable[[], Simulation]
 IN_TURN = 5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from warp_softbody.replacing import replace_text
+from warp_softbody.atomic_files import replace_text
 
 
 def put(page: Path, begin: str, end: str, text: str) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from warp_softbody import checks
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.errors import InputError
-from warp_softbody.view import BodyView
+from warp_softbody.inputs import checks
+from warp_softbody.world.view import BodyView
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import array_checks, checks, input_kinds
+from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.patches import contact_frame
 from warp_softbody.errors import InputError
-from warp_softbody.value import Value
-from warp_softbody.view import BodyView
-
-FloatArray = npt.NDArray[np.float64]
-
+from warp_softbody.inputs import array_checks, checks, input_kinds
+from warp_softbody.inputs.records import Value
+from warp_softbody.world.view import BodyView
 
 LARGEST = 1e12
 """Size of a row's, target's or weight's numbers beyond which an objective is refused: what else is

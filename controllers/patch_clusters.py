@@ -15,15 +15,15 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.mesh_geometry import cross_rows
 from warp_softbody.controllers.patches import Group, Patch, patches_of
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Ground
-from warp_softbody.mesh import TetMesh
-from warp_softbody.mesh_geometry import cross_rows
-from warp_softbody.view import BodyView
+from warp_softbody.inputs import checks
+from warp_softbody.world.ground import Ground
+from warp_softbody.world.view import BodyView
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 Labels = npt.NDArray[np.intp]
 

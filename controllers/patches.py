@@ -17,15 +17,15 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from warp_softbody import array_checks, checks, input_kinds
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.directional_friction import DIRECTIONS, factors_at
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Ground
-from warp_softbody.ground_friction import DIRECTIONS, factors_at
-from warp_softbody.mesh import TetMesh
-from warp_softbody.value import Value
-from warp_softbody.view import BodyView
+from warp_softbody.inputs import array_checks, checks, input_kinds
+from warp_softbody.inputs.records import Value
+from warp_softbody.world.ground import Ground
+from warp_softbody.world.view import BodyView
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 FORCE_ANGLES = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import warp_softbody as wsb
-from warp_softbody.statistics import RunSummary
+from warp_softbody.run.run_summary import RunSummary
 
 
 def main(path: str | Path = "balance.usdc", seconds: float = 6.0) -> RunSummary:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 import warp_softbody as wsb
 from warp_softbody.controllers import Goals, objectives
-from warp_softbody.view import BodyView
+from warp_softbody.world.view import BodyView
 
 PATCHES = tuple(f"base_patch_{corner}" for corner in range(4))
 HEIGHT = 0.49  # m, of the centre of mass above the base

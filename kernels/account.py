@@ -104,9 +104,7 @@ def make_account(precision: str) -> SimpleNamespace:
                 press = wp.dot(n, impulse)
                 speed = wp.dot(n, velocity)
                 total += impulse
-                work += wp.max(
-                    wp.dot(impulse - press * n, velocity - speed * n), wp.float64(0.0)
-                )
+                work += wp.max(wp.dot(impulse - press * n, velocity - speed * n), wp.float64(0.0))
                 work += wp.max(-press, wp.float64(0.0)) * wp.abs(speed)
         missing[body] = missing[body] - total
         exchanged[body] = exchanged[body] + size_of(total)

@@ -21,8 +21,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels import conjugate_gradients as cg
-from warp_softbody.kernels.contact_modes import LIFT
+from warp_softbody.kernels.contact.modes import LIFT
+from warp_softbody.kernels.linear import pcg as cg
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "rigid_balance"

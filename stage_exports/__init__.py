@@ -9,29 +9,29 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from warp_softbody.stage_exports.chunks import recover
     from warp_softbody.stage_exports.measures import Measures, measure, reversals
-    from warp_softbody.stage_exports.movie import Movie
-    from warp_softbody.stage_exports.picture import draw_picture
-    from warp_softbody.stage_exports.reader import Take, body_names, read_take
-    from warp_softbody.stage_exports.sheet import draw_take, take_bounds
-    from warp_softbody.stage_exports.validation import validate
-    from warp_softbody.stage_exports.writer import StageWriter
+    from warp_softbody.stage_exports.pictures.movie import Movie
+    from warp_softbody.stage_exports.pictures.picture import draw_picture
+    from warp_softbody.stage_exports.pictures.sheet import draw_take, take_bounds
+    from warp_softbody.stage_exports.usd.chunks import recover
+    from warp_softbody.stage_exports.usd.reader import Take, body_names, read_take
+    from warp_softbody.stage_exports.usd.validation import validate
+    from warp_softbody.stage_exports.usd.writer import StageWriter
 
 _HOMES = {
     "Measures": "measures",
-    "Movie": "movie",
-    "StageWriter": "writer",
-    "Take": "reader",
-    "body_names": "reader",
-    "draw_picture": "picture",
-    "draw_take": "sheet",
+    "Movie": "pictures.movie",
+    "StageWriter": "usd.writer",
+    "Take": "usd.reader",
+    "body_names": "usd.reader",
+    "draw_picture": "pictures.picture",
+    "draw_take": "pictures.sheet",
     "measure": "measures",
-    "read_take": "reader",
-    "recover": "chunks",
+    "read_take": "usd.reader",
+    "recover": "usd.chunks",
     "reversals": "measures",
-    "take_bounds": "sheet",
-    "validate": "validation",
+    "take_bounds": "pictures.sheet",
+    "validate": "usd.validation",
 }
 
 __all__ = [

@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from warp_softbody import array_checks
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.errors import InputError
-from warp_softbody.frame import ContactSample, Frame
-from warp_softbody.scene import Scene
+from warp_softbody.inputs import array_checks
 from warp_softbody.stage_exports.layout import Layout
+from warp_softbody.world.frame import ContactSample, Frame
+from warp_softbody.world.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.stage_exports.conventions import FloatArray
+from warp_softbody.arrays import FloatArray
 
 # From where a body is seen: in front of it, a little to its right and above.
 VIEW_DIRECTION = (-0.42, 1.0, -0.30)

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import input_kinds
+from warp_softbody.atomic_files import require_writable
 from warp_softbody.errors import InputError, OutputError
-from warp_softbody.replacing import require_writable
+from warp_softbody.inputs import input_kinds
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 WORLD = "/World"

@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from warp_softbody.character import Character
-from warp_softbody.stage_exports.conventions import FloatArray, IntArray
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.stage_exports.conventions import IntArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import checks
+from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Ground
-from warp_softbody.stage_exports.conventions import FloatArray, IntArray
-from warp_softbody.stage_exports.reader import Take
-from warp_softbody.value import Value
+from warp_softbody.inputs import checks
+from warp_softbody.inputs.records import Value
+from warp_softbody.stage_exports.conventions import IntArray
+from warp_softbody.stage_exports.usd.reader import Take
+from warp_softbody.world.ground import Ground
 
 # A skin triangle belongs to the base when it lies, at rest, in the lowest part of the body.
 _BASE_BAND = 0.01

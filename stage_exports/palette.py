@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.stage_exports.conventions import FloatArray
+from warp_softbody.arrays import FloatArray
 
 GROUND = (0.46, 0.48, 0.50)
 

@@ -11,57 +11,57 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from warp_softbody import characters, controllers, scenes
-    from warp_softbody.bodies import Body, placed
-    from warp_softbody.bridge import Bridge, ControlProblem
-    from warp_softbody.character import Character
-    from warp_softbody.frame import ContactMode, ContactSample, Frame
-    from warp_softbody.ground import Plane
-    from warp_softbody.ground_friction import DirectionalFriction
-    from warp_softbody.ground_heights import HeightField
-    from warp_softbody.ground_triangles import TriangleGround
-    from warp_softbody.material import Material
-    from warp_softbody.mesh import TetMesh
-    from warp_softbody.model import Model, build_model
-    from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
-    from warp_softbody.options import SimulationOptions
-    from warp_softbody.scene import Push, Scene
-    from warp_softbody.simulation import Simulation
+    from warp_softbody.body.character import Character
+    from warp_softbody.body.directional_friction import DirectionalFriction
+    from warp_softbody.body.material import Material
+    from warp_softbody.body.mesh import TetMesh
+    from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+    from warp_softbody.engine.model import Model, build_model
+    from warp_softbody.engine.options import SimulationOptions
+    from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem
+    from warp_softbody.engine.state import Contacts, Control, State
+    from warp_softbody.engine.stepper import Stepper
+    from warp_softbody.run.simulation import Simulation
     from warp_softbody.stage_exports import StageWriter
-    from warp_softbody.state import Contacts, Control, State
-    from warp_softbody.stepper import Stepper
+    from warp_softbody.world.frame import ContactMode, ContactSample, Frame
+    from warp_softbody.world.ground import Plane
+    from warp_softbody.world.height_field import HeightField
+    from warp_softbody.world.joined_bodies import Body, placed
+    from warp_softbody.world.scene import Push, Scene
+    from warp_softbody.world.triangle_ground import TriangleGround
 
 __version__ = "0.1.0"
 
 _MODULES = ("characters", "controllers", "scenes", "stage_exports")
 _NAMES = {
-    "Body": "bodies",
-    "Bridge": "bridge",
-    "Character": "character",
-    "ContactMode": "frame",
-    "ContactSample": "frame",
-    "Contacts": "state",
-    "Control": "state",
-    "ControlProblem": "bridge",
-    "DirectionalFriction": "ground_friction",
-    "Fiber": "muscles",
-    "FiberKind": "muscles",
-    "Frame": "frame",
-    "HeightField": "ground_heights",
-    "Material": "material",
-    "Model": "model",
-    "MuscleGroup": "muscles",
-    "Plane": "ground",
-    "Push": "scene",
-    "Scene": "scene",
-    "Simulation": "simulation",
-    "SimulationOptions": "options",
+    "Body": "world.joined_bodies",
+    "Bridge": "engine.reduced_dynamics",
+    "Character": "body.character",
+    "ContactMode": "world.frame",
+    "ContactSample": "world.frame",
+    "Contacts": "engine.state",
+    "Control": "engine.state",
+    "ControlProblem": "engine.reduced_dynamics",
+    "DirectionalFriction": "body.directional_friction",
+    "Fiber": "body.muscles",
+    "FiberKind": "body.muscles",
+    "Frame": "world.frame",
+    "HeightField": "world.height_field",
+    "Material": "body.material",
+    "Model": "engine.model",
+    "MuscleGroup": "body.muscles",
+    "Plane": "world.ground",
+    "Push": "world.scene",
+    "Scene": "world.scene",
+    "Simulation": "run.simulation",
+    "SimulationOptions": "engine.options",
     "StageWriter": "stage_exports",
-    "State": "state",
-    "Stepper": "stepper",
-    "TetMesh": "mesh",
-    "TriangleGround": "ground_triangles",
-    "build_model": "model",
-    "placed": "bodies",
+    "State": "engine.state",
+    "Stepper": "engine.stepper",
+    "TetMesh": "body.mesh",
+    "TriangleGround": "world.triangle_ground",
+    "build_model": "engine.model",
+    "placed": "world.joined_bodies",
 }
 
 __all__ = [

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from warp_softbody.accuracy.case import Case
-from warp_softbody.accuracy.design import first_points
-from warp_softbody.accuracy.running import Outcome
-from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.table import CASES
+from warp_softbody.accuracy.analysis.design import first_points
+from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.cases.table import CASES
+from warp_softbody.accuracy.runs.running import Outcome
 
 CASE = replace(CASES["cantilever"], meshes=((None, 0), (None, 1)))
 EXACT = np.linspace(0.0, 0.3, 3 * 4 * 3).reshape(3, 4, 3)

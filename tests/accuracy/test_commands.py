@@ -13,10 +13,11 @@ from typing import Any
 import pytest
 
 from tests.accuracy.inline import Inline
-from warp_softbody.accuracy import functionals, picture, store, table
-from warp_softbody.accuracy.case import TIME_STEPS
-from warp_softbody.accuracy.functionals import Functional
-from warp_softbody.accuracy.track import Track
+from warp_softbody.accuracy.analysis import picture, store
+from warp_softbody.accuracy.cases import functionals, table
+from warp_softbody.accuracy.cases.case import TIME_STEPS
+from warp_softbody.accuracy.cases.functionals import Functional
+from warp_softbody.accuracy.cases.track import Track
 from warp_softbody.cli import chart_command, main, tune_command
 
 TINY = replace(
@@ -246,8 +247,8 @@ def test_mistakes_are_one_sentence(
 def test_every_row_of_the_table_can_be_run() -> None:
     """Its scene, its settings, its functionals, and a reference finer than its default."""
     from warp_softbody import scenes
-    from warp_softbody.accuracy.design import first_points
-    from warp_softbody.accuracy.functionals import FUNCTIONALS
+    from warp_softbody.accuracy.analysis.design import first_points
+    from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 
     for case in table.CASES.values():
         plan = scenes.make(case.scene, case.given)

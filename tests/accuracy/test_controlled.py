@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warp_softbody.accuracy.case import Case
-from warp_softbody.accuracy.chart import Chart, Point
-from warp_softbody.accuracy.design import first_points, reference_family, useful
-from warp_softbody.accuracy.letter_rows import LETTERS
-from warp_softbody.accuracy.motion import Motion, Ruler
-from warp_softbody.accuracy.reference import Reference, reference_of
-from warp_softbody.accuracy.running import Outcome
-from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.table import CASES
-from warp_softbody.accuracy.tuning import MARGIN, choose
+from warp_softbody.accuracy.analysis.chart import Chart, Point
+from warp_softbody.accuracy.analysis.design import first_points, reference_family, useful
+from warp_softbody.accuracy.analysis.motion import Motion, Ruler
+from warp_softbody.accuracy.analysis.reference import Reference, reference_of
+from warp_softbody.accuracy.analysis.tuning import MARGIN, choose
+from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.letter_rows import LETTERS
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.cases.table import CASES
+from warp_softbody.accuracy.runs.running import Outcome
 from warp_softbody.errors import InputError, SoftBodyError
 
 RULER = Ruler(size=1.0, by_functionals=True)
@@ -124,7 +124,7 @@ def test_nothing_of_nothing_is_no_error() -> None:
 
 def test_dear_values_are_not_combined() -> None:
     """The refined mesh errs less for eight times the cost, beyond the case's reach."""
-    from warp_softbody.accuracy.design import Measured
+    from warp_softbody.accuracy.analysis.design import Measured
 
     measured = [
         Measured(settings=one.settings, cost=one.outcome.cost, error=one.error or 0.0)

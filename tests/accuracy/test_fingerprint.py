@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.api.samples import muscled, scene
-from warp_softbody.accuracy import running
-from warp_softbody.accuracy.settings import Settings
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.runs import running
 from warp_softbody.scenes import ScenePlan
 
 

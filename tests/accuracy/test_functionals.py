@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from warp_softbody import scenes
-from warp_softbody.accuracy.case import Case
-from warp_softbody.accuracy.functionals import FUNCTIONALS
-from warp_softbody.accuracy.letter_rows import LETTERS
-from warp_softbody.accuracy.track import Track
+from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
+from warp_softbody.accuracy.cases.letter_rows import LETTERS
+from warp_softbody.accuracy.cases.track import Track
+from warp_softbody.arrays import FloatArray
 from warp_softbody.scenes import exercise_h
 
-FloatArray = npt.NDArray[np.float64]
 TIMES = np.arange(0.0, 3.5 + 1e-9, 1.0 / 30.0)
 
 

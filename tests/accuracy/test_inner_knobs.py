@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warp_softbody import model, scenes
-from warp_softbody.accuracy.inner_knobs import inner_knobs
-from warp_softbody.accuracy.running import Job, run_job
-from warp_softbody.accuracy.settings import Settings
-from warp_softbody.controllers import ContactQPCC, driver, solve_qpcc
-from warp_softbody.simulation import Simulation
+from warp_softbody import scenes
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.runs.inner_knobs import inner_knobs
+from warp_softbody.accuracy.runs.running import Job, run_job
+from warp_softbody.controllers import ContactQPCC, solve_qpcc
+from warp_softbody.controllers import control_solver as driver
+from warp_softbody.engine import model
+from warp_softbody.run.simulation import Simulation
 
 PLAIN = Settings(time_step=1.0 / 60.0)
 

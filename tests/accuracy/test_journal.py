@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warp_softbody.accuracy.journal import Journal
-from warp_softbody.accuracy.running import Job, Outcome, refused
-from warp_softbody.accuracy.settings import Settings
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.running import Job, Outcome, refused
 from warp_softbody.errors import OutputError
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from warp_softbody import scenes
-from warp_softbody.accuracy.flex import FlexBody
-from warp_softbody.accuracy.running import Job, run_job
-from warp_softbody.accuracy.settings import Settings
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.runs.flex import FlexBody
+from warp_softbody.accuracy.runs.running import Job, run_job
 
 pytest.importorskip("mujoco")
 pytest.importorskip("pypardiso")

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tests.accuracy import synthetic
-from warp_softbody.accuracy.chart import Point, _point, _with_frontier
-from warp_softbody.accuracy.design import Measured, frontier, products, useful
-from warp_softbody.accuracy.motion import Ruler
-from warp_softbody.accuracy.reference import Reference, reference_of
-from warp_softbody.accuracy.settings import Settings
+from warp_softbody.accuracy.analysis.chart import Point, _point, _with_frontier
+from warp_softbody.accuracy.analysis.design import Measured, frontier, products, useful
+from warp_softbody.accuracy.analysis.motion import Ruler
+from warp_softbody.accuracy.analysis.reference import Reference, reference_of
+from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.errors import SoftBodyError
 
 RULER = Ruler(size=1.0, by_functionals=False)

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from warp_softbody.accuracy import store
-from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.tuned_checks import SETTINGS
-from warp_softbody.accuracy.tuning import Tuned
+from warp_softbody.accuracy.analysis import store
+from warp_softbody.accuracy.analysis.tuned_checks import SETTINGS
+from warp_softbody.accuracy.analysis.tuning import Tuned
+from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.cli import main
 from warp_softbody.errors import InputError
 

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 from tests.accuracy.inline import Inline
-from warp_softbody.accuracy.journal import Journal
-from warp_softbody.accuracy.running import Job, Outcome, run_job
-from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.sweep import sweep
-from warp_softbody.accuracy.workers import workers
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.running import Job, Outcome, run_job
+from warp_softbody.accuracy.runs.sweep import sweep
+from warp_softbody.accuracy.runs.workers import workers
 from warp_softbody.errors import InputError
-from warp_softbody.simulation import Simulation
+from warp_softbody.run.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
 MESHES = (1, 2, 3)
@@ -100,9 +100,9 @@ def test_a_killed_sweep_goes_on_where_it_was(straight: dict[str, Outcome], tmp_p
 import sys
 from pathlib import Path
 from tests.accuracy.test_sweep import jobs
-from warp_softbody.accuracy.journal import Journal
-from warp_softbody.accuracy.sweep import sweep
-from warp_softbody.accuracy.workers import workers
+from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.sweep import sweep
+from warp_softbody.accuracy.runs.workers import workers
 if __name__ == "__main__":
     with workers(1) as executor:
         sweep(jobs(), Journal(Path({str(tmp_path)!r}), "cantilever"), executor)
@@ -198,7 +198,7 @@ def test_a_run_that_breaks_down_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -
 
 def test_gains_are_part_of_a_runs_key(monkeypatch: pytest.MonkeyPatch) -> None:
     """They change what a scene is, without a change of any setting."""
-    from warp_softbody.accuracy.running import fingerprint
+    from warp_softbody.accuracy.runs.running import fingerprint
     from warp_softbody.scenes import balance_i
 
     before = fingerprint("balance-i", (), None)

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import turn
+from tests.support.bodies import turn
 from warp_softbody import scenes
-from warp_softbody.accuracy.functionals import FUNCTIONALS
-from warp_softbody.accuracy.track import MOST_POINTS, Probe, Track, material_points
-from warp_softbody.refinement import refined_scene
-from warp_softbody.scene import Scene
+from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
+from warp_softbody.accuracy.cases.track import MOST_POINTS, Probe, Track, material_points
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.refinement import refined_scene
+from warp_softbody.world.scene import Scene
 
-FloatArray = npt.NDArray[np.float64]
 SLOPE = np.array([[0.9, 0.2, 0.0], [-0.1, 1.1, 0.3], [0.0, -0.2, 0.8]])
 
 

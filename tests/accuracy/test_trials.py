@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 
 from tests.accuracy import synthetic
-from warp_softbody.accuracy import trials
-from warp_softbody.accuracy.motion import Ruler
-from warp_softbody.accuracy.running import Outcome
-from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.table import CASES
-from warp_softbody.accuracy.trials import Trials, tuned_by_trials
+from warp_softbody.accuracy.analysis import trials
+from warp_softbody.accuracy.analysis.motion import Ruler
+from warp_softbody.accuracy.analysis.trials import Trials, tuned_by_trials
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.cases.table import CASES
+from warp_softbody.accuracy.runs.running import Outcome
 from warp_softbody.errors import InputError, SoftBodyError
 
 RULER = Ruler(size=1.0, by_functionals=False)

@@ -8,13 +8,13 @@ import pytest
 
 from tests.accuracy import synthetic
 from warp_softbody import scenes
-from warp_softbody.accuracy import store
-from warp_softbody.accuracy.chart import Chart, Point
-from warp_softbody.accuracy.motion import Ruler
-from warp_softbody.accuracy.reference import reference_of
-from warp_softbody.accuracy.settings import Settings
-from warp_softbody.accuracy.table import CASES
-from warp_softbody.accuracy.tuning import MARGIN, choose
+from warp_softbody.accuracy.analysis import store
+from warp_softbody.accuracy.analysis.chart import Chart, Point
+from warp_softbody.accuracy.analysis.motion import Ruler
+from warp_softbody.accuracy.analysis.reference import reference_of
+from warp_softbody.accuracy.analysis.tuning import MARGIN, choose
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.cases.table import CASES
 from warp_softbody.errors import InputError
 
 DEFAULT = synthetic.CASE.default

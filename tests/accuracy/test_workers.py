@@ -12,15 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from warp_softbody.accuracy import dask_cluster
-from warp_softbody.accuracy.dask_cluster import Watched
+from warp_softbody.accuracy.runs import dask_cluster
+from warp_softbody.accuracy.runs.dask_cluster import Watched
 from warp_softbody.errors import SoftBodyError
 
 ROOT = Path(__file__).parents[2]
 SWEEP = """
 import multiprocessing, os, sys, time
 from pathlib import Path
-from warp_softbody.accuracy.workers import workers
+from warp_softbody.accuracy.runs.workers import workers
 
 def busy(folder):
     (Path(folder) / str(os.getpid())).touch()

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 import warp_softbody as wsb
-from tests.bodies import box
+from tests.support.bodies import box
 from warp_softbody import characters, controllers, scenes, stage_exports
-from warp_softbody.controllers.crawl import BELLY_PATCHES, HEAD, TAIL
-from warp_softbody.ground import Ground
-from warp_softbody.view import BodyView
+from warp_softbody.controllers.motions.crawl import BELLY_PATCHES, HEAD, TAIL
+from warp_softbody.world.ground import Ground
+from warp_softbody.world.view import BodyView
 
 Samples = dict[str, tuple[Callable[..., Any], dict[str, Any]]]
 

@@ -11,9 +11,9 @@ import pytest
 
 import warp_softbody as wsb
 from tests.api.samples import muscled, scene
-from warp_softbody import checks
 from warp_softbody.controllers import Balance, Crawl, Goals, Objective
 from warp_softbody.errors import InputError, NotFiniteError
+from warp_softbody.inputs import checks
 
 NODES = np.array([0, 1], dtype=np.int32)
 

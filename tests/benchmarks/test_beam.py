@@ -8,20 +8,19 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from benchmarks import beam
-from benchmarks.cantilever import MATERIAL, TIME_STEP, cantilever
-from benchmarks.corotation import CorotationalSystem
-from benchmarks.rounds import Entrant, run_in_turn
-from benchmarks.solver import StepReport, static_sag
-from benchmarks.table import Result
+from benchmarks.beam import command as beam
+from benchmarks.beam.cantilever import MATERIAL, TIME_STEP, cantilever
+from benchmarks.beam.corotation import CorotationalSystem
+from benchmarks.beam.rounds import Entrant, run_in_turn
+from benchmarks.beam.solver import StepReport, static_sag
+from benchmarks.beam.table import Result
 from warp_softbody import SimulationOptions
-from warp_softbody.options import Precision
+from warp_softbody.arrays import FloatArray
+from warp_softbody.engine.options import Precision
 
-FloatArray = npt.NDArray[np.float64]
 STEPS = 7
 UNTIMED_STEPS = 2
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks import economy
-from warp_softbody.scene import Scene
+from warp_softbody.engine.stepper import Stepper
 from warp_softbody.scenes.balance_i import balancing_letter
-from warp_softbody.stepper import Stepper
+from warp_softbody.world.scene import Scene
 
 
 def test_a_sleeping_step_costs_next_to_nothing() -> None:

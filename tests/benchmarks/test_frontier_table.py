@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks.frontier_table import BEGIN, END, controlled, knobs, main, passive, stored, tuned
-from warp_softbody.accuracy.store import SHIPPED, load
+from benchmarks.charts.command import BEGIN, END, controlled, knobs, main, passive, stored, tuned
+from warp_softbody.accuracy.analysis.store import SHIPPED, load
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "frontier.md"

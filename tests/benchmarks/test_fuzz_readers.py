@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import fuzz_readers
-from benchmarks.fuzz_formats import KINDS
-from benchmarks.fuzz_readers import GOOD, fuzz, main
+from benchmarks.fuzz import readers as fuzz_readers
+from benchmarks.fuzz.formats import KINDS
+from benchmarks.fuzz.readers import GOOD, fuzz, main
 from warp_softbody.errors import MeshError
 
 

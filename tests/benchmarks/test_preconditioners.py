@@ -6,16 +6,16 @@ import json
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 import scipy.sparse as sp
 from scipy.linalg import eigh
 
-from benchmarks import preconditioners
-from benchmarks.beam_ours import OurBeam
-from benchmarks.cantilever import MATERIAL, TIME_STEP, cantilever
-from benchmarks.preconditioner_factors import factorise, incomplete_ldl
-from benchmarks.preconditioner_system import (
+from benchmarks.beam.cantilever import MATERIAL, TIME_STEP, cantilever
+from benchmarks.beam.ours import OurBeam
+from benchmarks.preconditioners import command as preconditioners
+from benchmarks.preconditioners.command import OURS, PRECONDITIONERS, Result, examine
+from benchmarks.preconditioners.factors import factorise, incomplete_ldl
+from benchmarks.preconditioners.system import (
     SWING_STEPS,
     TOLERANCE,
     StepSystem,
@@ -24,21 +24,20 @@ from benchmarks.preconditioner_system import (
     mid_swing,
     step_system,
 )
-from benchmarks.preconditioner_two_level import (
+from benchmarks.preconditioners.two_level import (
     between_gauss_seidel,
     coarse_space,
     regularised,
     rigid_motions,
 )
-from benchmarks.preconditioners import OURS, PRECONDITIONERS, Result, examine
-from tests.bodies import rig
+from tests.support.bodies import rig
 from warp_softbody import SimulationOptions
-from warp_softbody import model as model_module
-from warp_softbody.elimination import build_elimination
-from warp_softbody.options import Precision
-from warp_softbody.topology import Pattern
+from warp_softbody.arrays import FloatArray
+from warp_softbody.engine import model as model_module
+from warp_softbody.engine.options import Precision
+from warp_softbody.linear.block_sparsity import Pattern
+from warp_softbody.linear.symbolic_ldlt import build_elimination
 
-FloatArray = npt.NDArray[np.float64]
 NAMES = list(PRECONDITIONERS)
 COARSE = [name for name in NAMES if "coarse" in name]
 EXAMINED = ["block Jacobi", *COARSE]

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import qpcc, qpcc_paper, qpcc_sequences
+from benchmarks.qpcc import command as qpcc
+from benchmarks.qpcc import paper as qpcc_paper
+from benchmarks.qpcc import sequences as qpcc_sequences
 from warp_softbody.controllers import SolverOptions
 
 

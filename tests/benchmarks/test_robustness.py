@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.motion_criteria import CRITERIA
-from benchmarks.motion_measures import lifts, slip
-from benchmarks.robustness import main
-from benchmarks.robustness_runs import Outcome
-from benchmarks.robustness_table import BEGIN, END, markdown
-from benchmarks.robustness_variations import VARIATIONS, make_meshes
+from benchmarks.motions.criteria import CRITERIA
+from benchmarks.motions.measures import lifts, slip
+from benchmarks.robustness.command import main
+from benchmarks.robustness.runs import Outcome
+from benchmarks.robustness.table import BEGIN, END, markdown
+from benchmarks.robustness.variations import VARIATIONS, make_meshes
 from warp_softbody import scenes
-from warp_softbody.accuracy.body_motion import spans
+from warp_softbody.accuracy.cases.body_motion import spans
 
 
 def outcome(variation: str, own: str, *failures: str, volume: float = 0.01) -> Outcome:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.search_gains import cost, missing, search, write
-from benchmarks.search_gains_cases import CASES, Goal, Range, at_most
+from benchmarks.gains.cases import CASES, Goal, Range, at_most
+from benchmarks.gains.command import cost, missing, search, write
 
 CASE = replace(
     CASES["balance-i"],

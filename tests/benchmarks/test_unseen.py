@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import unseen
-from benchmarks.unseen import BOUNDS, VARIANTS, Variant, Verdict
+from benchmarks.charts import unseen
+from benchmarks.charts.unseen import BOUNDS, VARIANTS, Variant, Verdict
 from tests.accuracy import synthetic
 from warp_softbody import scenes
-from warp_softbody.accuracy.running import Job, Outcome
-from warp_softbody.accuracy.table import CASES
+from warp_softbody.accuracy.cases.table import CASES
+from warp_softbody.accuracy.runs.running import Job, Outcome
 
 
 def test_every_variant_is_a_scene_with_a_setting_changed() -> None:

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from warp_softbody import characters
-from warp_softbody.character import Character
-from warp_softbody.muscles import FiberKind
+from warp_softbody.body.character import Character
+from warp_softbody.body.muscles import FiberKind
 
 
 @pytest.fixture(scope="module")

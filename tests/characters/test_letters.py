@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from warp_softbody import characters
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters import store
 from warp_softbody.characters.recipe import AXES
 from warp_softbody.errors import InputError

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.bodies import Rig, rig
+from tests.support.bodies import Rig, rig
 from warp_softbody import characters
-from warp_softbody.ground import Plane
-from warp_softbody.mesh_geometry import tet_volumes
-from warp_softbody.muscles import FiberKind
+from warp_softbody.body.mesh_geometry import tet_volumes
+from warp_softbody.body.muscles import FiberKind
+from warp_softbody.world.ground import Plane
 
 GRAVITY = (0.0, 0.0, -9.81)
 

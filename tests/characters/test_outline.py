@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.meshing.tetgen_mesher import tetgen_version
 from warp_softbody.characters.outline import extruded_outline
 from warp_softbody.errors import InputError
-from warp_softbody.mesh import TetMesh
-from warp_softbody.meshing.tetgen_mesher import tetgen_version
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 LETTER_U = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warp_softbody.body.meshing.tetgen_mesher import tetgen_version
 from warp_softbody.characters import store, store_mesh
 from warp_softbody.errors import InputError
-from warp_softbody.meshing.tetgen_mesher import tetgen_version
 
 
 @pytest.mark.parametrize("name", store.names())

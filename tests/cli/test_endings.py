@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from warp_softbody.cli.interruption import Interrupted, Interruption, held_back, interruptible
+from warp_softbody.engine.stepper import Stepper
 from warp_softbody.stage_exports import read_take, validate
-from warp_softbody.stepper import Stepper
 
 
 def started_take(start: Any, out: Path) -> Any:

@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from tests.controllers.test_qpcc import MASS, WEIGHT_IMPULSE, block
-from tests.controllers.test_qpcc_search import enumerate_pairs, soft_body
-from warp_softbody.controllers.full_form import to_general
-from warp_softbody.controllers.lemke import forward_contact
-from warp_softbody.controllers.piqp_backend import PIQPBackend
-from warp_softbody.controllers.qpcc import ContactQPCC, FloatArray, uniform_directions
-from warp_softbody.controllers.reduced import ReducedProblem
-from warp_softbody.controllers.result import QPCCStatus
-from warp_softbody.controllers.solver import enumerate_qpcc, solve_qpcc
-from warp_softbody.frame import ContactMode
-from warp_softbody.ground_friction import DirectionalFriction
+from tests.controllers.qpcc.test_qpcc import MASS, WEIGHT_IMPULSE, block
+from tests.controllers.qpcc.test_search import enumerate_pairs, soft_body
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.directional_friction import DirectionalFriction
+from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qpcc.contact.complementarity_form import to_general
+from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
+from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
+from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
+from warp_softbody.controllers.qpcc.result import QPCCStatus
+from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc
+from warp_softbody.world.frame import ContactMode
 
 FRICTION = 0.5
 LIMIT = FRICTION * WEIGHT_IMPULSE

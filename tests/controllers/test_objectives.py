@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import box, crumpled, muscular_bar
-from warp_softbody.character import Character
+from tests.support.bodies import box, crumpled, muscular_bar
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
 from warp_softbody.controllers import objectives
+from warp_softbody.engine.model import lumped_masses
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Plane
-from warp_softbody.model import lumped_masses
-from warp_softbody.scene import Scene
-from warp_softbody.view import BodyView
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
+from warp_softbody.world.view import BodyView
 
-FloatArray = npt.NDArray[np.float64]
 DT = 0.01
 
 

@@ -9,21 +9,20 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.bodies import box
-from warp_softbody.character import Character
+from tests.support.bodies import box
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.characters import letter_o
 from warp_softbody.controllers.patch_clusters import clustered_patches, partition
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Ground, Plane
-from warp_softbody.ground_heights import HeightField
-from warp_softbody.ground_triangles import TriangleGround
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.scene import Scene
-from warp_softbody.view import BodyView
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.world.ground import Ground, Plane
+from warp_softbody.world.height_field import HeightField
+from warp_softbody.world.scene import Scene
+from warp_softbody.world.triangle_ground import TriangleGround
+from warp_softbody.world.view import BodyView
 
 SOFT = Material(young_modulus=1e5, poisson_ratio=0.4)
 SIZE = (0.4, 0.3, 0.1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.bodies import box
+from tests.support.bodies import box
 from warp_softbody import (
     Character,
     Material,
@@ -15,13 +15,11 @@ from warp_softbody import (
     build_model,
     scenes,
 )
-from warp_softbody.precision_choice import choose_precision, with_precision
+from warp_softbody.engine.precision_choice import choose_precision, with_precision
 
 
 def cube(young_modulus: float, *, place: float = 0.0, damping: float = 0.05) -> Character:
-    material = Material(
-        young_modulus=young_modulus, poisson_ratio=0.3, stiffness_damping=damping
-    )
+    material = Material(young_modulus=young_modulus, poisson_ratio=0.3, stiffness_damping=damping)
     mesh = box((5, 5, 5), (0.1, 0.1, 0.1), (place, 0.0, 0.0))
     return Character(name="cube", mesh=mesh, material=material)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.bodies import Rig, epsilon, muscular_bar, rig
+from tests.support.bodies import Rig, epsilon, muscular_bar, rig
+from warp_softbody.engine.options import Precision
 from warp_softbody.errors import NotFiniteError
-from warp_softbody.ground import Plane
-from warp_softbody.options import Precision
-from warp_softbody.scene import Scene
-from warp_softbody.simulation import Simulation
+from warp_softbody.run.simulation import Simulation
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 GRAVITY = (0.0, 0.0, -9.81)
 

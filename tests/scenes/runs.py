@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.criterion import Motion
-from benchmarks.motion_criteria import examine
+from benchmarks.motions.criteria import examine
+from benchmarks.motions.criterion import Motion
 from warp_softbody import scenes
 from warp_softbody.cli import main
 from warp_softbody.stage_exports import validate

@@ -5,20 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from benchmarks.motion_criteria import arches, belly, ways
+from benchmarks.motions.criteria import arches, belly, ways
 from tests.scenes.runs import missed, run
 from warp_softbody import scenes
+from warp_softbody.arrays import FloatArray
 from warp_softbody.characters import letter_i_flat
 from warp_softbody.controllers.controller import Goals
-from warp_softbody.controllers.crawl import Crawl, CrawlGains, CrawlPhase
-from warp_softbody.scene import STANDARD_GRAVITY
-from warp_softbody.stage_exports.reader import Take
-from warp_softbody.view import BodyView
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains, CrawlPhase
+from warp_softbody.stage_exports.usd.reader import Take
+from warp_softbody.world.scene import STANDARD_GRAVITY
+from warp_softbody.world.view import BodyView
 
 LENGTH = 1.0  # m, of the body
 START, CYCLE, CYCLES = 0.5, 1.2, 10  # s, s

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from benchmarks.motion_criteria import SWAY, sway_error
+from benchmarks.motions.criteria import SWAY, sway_error
 from tests.scenes.runs import missed, run
 from warp_softbody.controllers import Sway
 from warp_softbody.errors import InputError
-from warp_softbody.stage_exports.reader import Take
+from warp_softbody.stage_exports.usd.reader import Take
 
 LEGS = (-1.0, 1.0)
 

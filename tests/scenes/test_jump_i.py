@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.motion_measures import base_path, flights
+from benchmarks.motions.measures import base_path, flights
 from tests.scenes.runs import missed, run
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.motion_measures import flights
+from benchmarks.motions.measures import flights
 from tests.scenes.runs import missed, run
 
 

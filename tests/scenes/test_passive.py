@@ -10,11 +10,11 @@ import pytest
 from pxr import Usd, UsdGeom
 
 from warp_softbody.cli import main
-from warp_softbody.ground_heights import HeightField
-from warp_softbody.ground_triangles import TriangleGround
 from warp_softbody.stage_exports import body_names, draw_take, measure, read_take, validate
 from warp_softbody.stage_exports.measures import Measures
-from warp_softbody.stage_exports.reader import Take
+from warp_softbody.stage_exports.usd.reader import Take
+from warp_softbody.world.height_field import HeightField
+from warp_softbody.world.triangle_ground import TriangleGround
 
 
 def run(folder: Path, scene: str, *options: str) -> tuple[Take, Measures]:

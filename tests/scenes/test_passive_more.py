@@ -5,19 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from tests.verification.accuracy import quarter_masses
 from tests.verification.reference import elastic_energy
 from warp_softbody import scenes
+from warp_softbody.arrays import FloatArray
 from warp_softbody.cli import main
 from warp_softbody.scenes import bounce_ball, twisted_bar
 from warp_softbody.stage_exports import measure, read_take, validate
 from warp_softbody.stage_exports.measures import Measures
-from warp_softbody.stage_exports.reader import Take
+from warp_softbody.stage_exports.usd.reader import Take
 
-FloatArray = npt.NDArray[np.float64]
 GRAVITY = 9.81
 SETTLING = ("--time-step", "0.5", "--fps", "2", "--precision", "float64")
 """Equilibrium does not depend on the time step, and steps of half a second come to it soon."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.motion_measures import turned
+from benchmarks.motions.measures import turned
 from tests.scenes.runs import missed, run
 
 

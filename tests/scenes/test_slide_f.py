@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.criterion import Motion
-from benchmarks.motion_measures import base_path
+from benchmarks.motions.criterion import Motion
+from benchmarks.motions.measures import base_path
 from tests.scenes.runs import missed, run
 from warp_softbody import scenes
-from warp_softbody.scene import STANDARD_GRAVITY
+from warp_softbody.world.scene import STANDARD_GRAVITY
 
 FRICTION, PULL = 0.1, 0.27  # of the scene; pull in body weights
 STARTS, STRONGEST, ENDS = 0.5, 3.0, 3.5  # s, of the pull

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.criterion import Motion
-from benchmarks.motion_criteria import LIFTED, feet
-from benchmarks.motion_measures import lifts
+from benchmarks.motions.criteria import LIFTED, feet
+from benchmarks.motions.criterion import Motion
+from benchmarks.motions.measures import lifts
 from tests.scenes.runs import missed, run
 from warp_softbody.characters import letter_x
 from warp_softbody.scenes.walk_x import FAST, SLOW

@@ -8,8 +8,8 @@ from functools import cache
 import pytest
 from _pytest.mark import ParameterSet
 
-from benchmarks.stability_cases import Case
-from benchmarks.stability_outcomes import CONFIGURATIONS, GAINS, Outcome, everything, examine
+from benchmarks.stability.cases import Case
+from benchmarks.stability.outcomes import CONFIGURATIONS, GAINS, Outcome, everything, examine
 from tests.stability.known import GAIN, HANGS_ON_ROUNDING, RECOVERY
 
 ROWS = {row.name: row for row in everything()}

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import stability_table
-from benchmarks.stability import main
-from benchmarks.stability_mujoco import missing
-from benchmarks.stability_outcomes import CONFIGURATIONS, Outcome, everything
-from benchmarks.stability_peers import MEASURED, MUJOCO, PEERS, TIME_STEPS
-from benchmarks.stability_runs import Run
+from benchmarks.stability import table as stability_table
+from benchmarks.stability.command import main
+from benchmarks.stability.mujoco_cases import missing
+from benchmarks.stability.outcomes import CONFIGURATIONS, Outcome, everything
+from benchmarks.stability.peers import MEASURED, MUJOCO, PEERS, TIME_STEPS
+from benchmarks.stability.runs import Run
 
 PAGE = Path(__file__).parents[2] / "docs" / "stability.md"
 NAMES = [row.name for row in everything()]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.stability_bodies import bar_mesh, body
-from benchmarks.stability_starts import kinked
-from tests.bodies import rig
+from benchmarks.stability.bodies import bar_mesh, body
+from benchmarks.stability.starts import kinked
+from tests.support.bodies import rig
 from tests.verification import reference
 
 LENGTH = 1e-6

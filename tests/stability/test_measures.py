@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from benchmarks import stability_starts as starts
-from benchmarks.stability_bodies import (
+from benchmarks.stability import starts
+from benchmarks.stability.bodies import (
     bar_mesh,
     bending_frequency,
     body,
     sliver_mesh,
     tiny_tet_mesh,
 )
-from benchmarks.stability_cases import REDUCTION, settling_steps, spectral_radius
-from benchmarks.stability_measures import Accuracy, Probe
-from tests.bodies import crumpled, turn
+from benchmarks.stability.cases import REDUCTION, settling_steps, spectral_radius
+from benchmarks.stability.measures import Accuracy, Probe
+from tests.support.bodies import crumpled, turn
 from tests.verification import reference
 from warp_softbody import Material
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
 
 BAR = body(bar_mesh())
 PROBE = Probe(BAR)

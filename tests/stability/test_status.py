@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.stability_bodies import bar_mesh, body
-from tests.bodies import rig
+from benchmarks.stability.bodies import bar_mesh, body
+from tests.support.bodies import rig
 from warp_softbody import Scene, Simulation, SimulationOptions
+from warp_softbody.body.mesh_geometry import shortest_edge
+from warp_softbody.engine.options import Precision
 from warp_softbody.errors import NotFiniteError
-from warp_softbody.mesh_geometry import shortest_edge
-from warp_softbody.options import Precision
 
 OUT_OF_REACH = 1e-60
 """A relative residual that no iteration comes to, even by its own recurrence."""

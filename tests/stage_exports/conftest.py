@@ -6,19 +6,18 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from tests.stage_exports.crowd import FRAMES, frame_at, make_crowd
-from warp_softbody.character import Character
-from warp_softbody.frame import ContactMode, ContactSample, Frame
-from warp_softbody.ground import Plane
-from warp_softbody.mesh import TetMesh
-from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
-from warp_softbody.scene import Scene
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
 from warp_softbody.stage_exports import StageWriter
+from warp_softbody.world.frame import ContactMode, ContactSample, Frame
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
-FloatArray = npt.NDArray[np.float64]
 Motion = Callable[[FloatArray, float], FloatArray]
 MakeFrames = Callable[..., Iterator[Frame]]
 WriteTake = Callable[..., Path]

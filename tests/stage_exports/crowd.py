@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
-from tests.bodies import box, muscular_bar
-from warp_softbody.bodies import Body, placed
-from warp_softbody.character import Character
-from warp_softbody.frame import ContactSample, Frame
-from warp_softbody.ground import Plane
-from warp_softbody.scene import Scene
-
-FloatArray = npt.NDArray[np.float64]
+from tests.support.bodies import box, muscular_bar
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.world.frame import ContactSample, Frame
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.joined_bodies import Body, placed
+from warp_softbody.world.scene import Scene
 
 # not in the order of the alphabet, which is not the order of the scene
 NAMES = ("tower", "bar", "cube")

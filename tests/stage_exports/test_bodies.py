@@ -12,11 +12,11 @@ from pxr import Kind, Usd, UsdGeom
 
 from tests.stage_exports.crowd import FRAMES, NAMES, SPEEDS, frame_at, moved
 from warp_softbody import Simulation
-from warp_softbody.bodies import Body
 from warp_softbody.cli.recorder import Recorder
 from warp_softbody.errors import InputError
-from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import StageWriter, body_names, measure, read_take, validate
+from warp_softbody.world.joined_bodies import Body
+from warp_softbody.world.scene import Scene
 
 
 def test_each_body_reads_back_what_was_its_own(crowd: Scene, write_crowd: Any) -> None:

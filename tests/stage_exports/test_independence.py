@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from warp_softbody import stage_exports
-from warp_softbody.scene import Scene
+from warp_softbody.world.scene import Scene
 
 
 def test_tinyusdz_reads_the_same_skin(scene: Scene, make_frames: Any, write_take: Any) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from pxr import Kind, Usd, UsdGeom, UsdLux, UsdShade
 
-from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import StageWriter
+from warp_softbody.world.scene import Scene
 
 
 @pytest.fixture

@@ -7,15 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from warp_softbody import ContactSample, Frame, scenes
+from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
-from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import StageWriter, measure, read_take, reversals
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.world.scene import Scene
 
 # Stored in single precision, lengths near 1 m: a few millionths of what they are.
 CLOSE = 2e-6

@@ -10,13 +10,12 @@ import numpy.typing as npt
 from scipy.sparse import coo_array, csc_array, diags_array
 from scipy.sparse.linalg import eigsh
 
-from tests.bodies import Rig
+from tests.support.bodies import Rig
 from tests.verification import reference
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.options import Tangent
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.engine.options import Tangent
 
 
 def orders(errors: npt.ArrayLike) -> FloatArray:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from tests.bodies import EXACT, Rig, epsilon, numbers
+from tests.support.bodies import EXACT, Rig, epsilon, numbers
 from tests.verification import reference
 from tests.verification.accuracy import damping_forces
 from tests.verification.smoothed_reference import smoothed_forces
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
 
 
 def elastic_forces(body: Rig, points: FloatArray) -> FloatArray:

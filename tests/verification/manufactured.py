@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from tests.verification.accuracy import elasticity_matrix, strain_matrices
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 
 WAVE_NUMBER = 2.0
 PHASES = np.array([0.3, 0.5, 0.7])

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from warp_softbody.character import Character
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.model import Model
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.engine.model import Model
 
 
 def polar_rotations(F: FloatArray) -> FloatArray:

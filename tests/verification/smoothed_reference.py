@@ -10,15 +10,13 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import block_diag, coo_array, csr_array, diags_array, kron
 
 from tests.verification import reference
 from tests.verification.accuracy import strain_matrices
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 
 
 @dataclass(frozen=True)

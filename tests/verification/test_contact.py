@@ -6,16 +6,15 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import Rig, box, rig
-from warp_softbody.frame import ContactMode
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
+from tests.support.bodies import Rig, box, rig
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.world.frame import ContactMode
+from warp_softbody.world.ground import Plane
 
-FloatArray = npt.NDArray[np.float64]
 G = 9.81
 SOFT = Material(young_modulus=1e5, poisson_ratio=0.4, stiffness_damping=0.02)
 STIFF = Material(young_modulus=1e7, poisson_ratio=0.3, stiffness_damping=0.005)

@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import Rig, box, rig, turn
+from tests.support.bodies import Rig, box, rig, turn
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.controllers.patches import contact_frame
-from warp_softbody.frame import ContactMode
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.options import Cone, Precision
+from warp_softbody.engine.options import Cone, Precision
+from warp_softbody.world.frame import ContactMode
+from warp_softbody.world.ground import Plane
 
-FloatArray = npt.NDArray[np.float64]
 G = 9.81
 DT = 0.01
 STIFF = Material(young_modulus=1e6, poisson_ratio=0.3, stiffness_damping=0.02)

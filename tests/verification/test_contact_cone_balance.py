@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bodies import Rig, box
-from tests.engine.test_elimination import NORMAL, assembled, factor_of, preconditioned
+from tests.linear.test_symbolic_ldlt import NORMAL, assembled, factor_of, preconditioned
+from tests.support.bodies import Rig, box
 from tests.verification.test_contact_directions import scaly_slab
 from tests.verification.test_contact_drops import G, cube, energy
-from warp_softbody import model as model_module
 from warp_softbody.cli import main
+from warp_softbody.engine import model as model_module
+from warp_softbody.engine.options import Cone, Precision, SimulationOptions
 from warp_softbody.errors import InputError
-from warp_softbody.frame import ContactMode
-from warp_softbody.ground import Plane
-from warp_softbody.kernels.conjugate_gradients import FREE, HELD, LINE, SLIDES
-from warp_softbody.options import Cone, Precision, SimulationOptions
-from warp_softbody.preconditioner import TwoLevel, WarpedFactor
-from warp_softbody.scene import Scene
-from warp_softbody.simulation import Simulation
+from warp_softbody.kernels.linear.pcg import FREE, HELD, LINE, SLIDES
+from warp_softbody.linear.preconditioner import TwoLevel, WarpedFactor
+from warp_softbody.run.simulation import Simulation
 from warp_softbody.stage_exports import measure, read_take
+from warp_softbody.world.frame import ContactMode
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 POLYGONS: tuple[Cone, ...] = ("4", "8")
 

@@ -6,20 +6,19 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import Rig, box, rig, turned
-from warp_softbody.character import Character
+from tests.support.bodies import Rig, box, rig, turned
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.directional_friction import DirectionalFriction
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Plane
-from warp_softbody.ground_friction import DirectionalFriction
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.view import BodyView
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.view import BodyView
 
-FloatArray = npt.NDArray[np.float64]
 G = 9.81
 DT = 0.01
 EIGHT = (0.5, 0.7, 1.0, 1.5, 3.0, 2.0, 1.2, 0.8)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bodies import Rig, box, rig
+from tests.support.bodies import Rig, box, rig
 from tests.verification.reference import elastic_energy
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
+from warp_softbody.body.material import Material
+from warp_softbody.world.ground import Plane
 
 G = 9.81
 SIDE = 0.3

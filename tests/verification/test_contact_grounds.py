@@ -6,24 +6,23 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import Rig, Vector, box
-from warp_softbody.character import Character
+from tests.support.bodies import Rig, Vector, box
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.engine.model import build_model
+from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.engine.state import Contacts, Control, State
+from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
-from warp_softbody.ground import Ground, Plane
-from warp_softbody.ground_heights import HeightField
-from warp_softbody.ground_triangles import TriangleGround
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.model import build_model
-from warp_softbody.options import SimulationOptions
-from warp_softbody.scene import Scene
-from warp_softbody.state import Contacts, Control, State
-from warp_softbody.stepper import Stepper
+from warp_softbody.world.ground import Ground, Plane
+from warp_softbody.world.height_field import HeightField
+from warp_softbody.world.scene import Scene
+from warp_softbody.world.triangle_ground import TriangleGround
 
-FloatArray = npt.NDArray[np.float64]
 G = 9.81
 SOFT = Material(young_modulus=1e5, poisson_ratio=0.4, stiffness_damping=0.02)
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from tests.bodies import box, rig, turn
+from tests.support.bodies import box, rig, turn
 from tests.verification.test_contact_drops import SIDE, G, cube
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.options import CONES, Cone
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.engine.options import CONES, Cone
+from warp_softbody.world.ground import Plane
 
 pytestmark = pytest.mark.parametrize("cone", CONES)
 

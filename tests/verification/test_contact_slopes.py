@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import Rig, box, rig, turned
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
+from tests.support.bodies import Rig, box, rig, turned
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.world.ground import Plane
 
-FloatArray = npt.NDArray[np.float64]
 G = 9.81
 MARGIN = 0.5  # degrees
 FRICTIONS = (0.1, 0.3, 0.6, 0.9, 1.2)

@@ -6,11 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.bodies import EXACT, Rig, box, given_back, rig
+from tests.support.bodies import EXACT, Rig, box, given_back, rig
 from tests.verification import reference
 from tests.verification.accuracy import (
     damping_forces,
@@ -21,10 +20,9 @@ from tests.verification.accuracy import (
     orders,
 )
 from tests.verification.manufactured import WAVE_NUMBER, Manufactured
-from warp_softbody.material import Material
-from warp_softbody.options import Tangent
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.engine.options import Tangent
 
 STATIC = Material(young_modulus=1e5, poisson_ratio=0.3, stiffness_damping=0.0)
 

@@ -7,14 +7,11 @@ A mode of frequency w obeys q'' = -(mu + lambda w^2) q' - w^2 q; a step is impli
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import EXACT, Rig, box, epsilon, rig
+from tests.support.bodies import EXACT, Rig, box, epsilon, rig
 from tests.verification.accuracy import Modes, modes_of, orders, recurrence, rest_stiffness
-from warp_softbody.material import Material
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.body.material import Material
 
 SIZE = (0.5, 0.2, 0.15)
 MESH = box((5, 2, 2), SIZE, jitter=0.2)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from tests.bodies import EXACT, Rig, box, rig, turn
+from tests.support.bodies import EXACT, Rig, box, rig, turn
 from tests.verification import reference
-from warp_softbody.material import Material
+from warp_softbody.body.material import Material
 
 SOFT = Material(young_modulus=1e5, poisson_ratio=0.3, stiffness_damping=0.0)
 

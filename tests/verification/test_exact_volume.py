@@ -6,16 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.optimize import brentq
 
-from tests.bodies import Rig, box, crumpled, epsilon, numbers, rig
+from tests.support.bodies import Rig, box, crumpled, epsilon, numbers, rig
 from warp_softbody import Character, Material, Scene, SimulationOptions, build_model
+from warp_softbody.arrays import FloatArray
+from warp_softbody.engine.options import Precision
 from warp_softbody.errors import InputError
-from warp_softbody.options import Precision
-
-FloatArray = npt.NDArray[np.float64]
 
 EXACT = Material(young_modulus=1e5, poisson_ratio=0.45, stiffness_damping=0.0, volume="exact")
 MESH = box((3, 2, 2), (0.3, 0.2, 0.2), jitter=0.15)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import EXACT, Rig, box, epsilon, muscular_bar, rig
-from warp_softbody.material import Material
-from warp_softbody.options import Tangent
+from tests.support.bodies import EXACT, Rig, box, epsilon, muscular_bar, rig
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.engine.options import Tangent
 
-FloatArray = npt.NDArray[np.float64]
 GRAVITY = (0.0, 0.0, -9.81)
 DAMPED = Material(young_modulus=2e5, poisson_ratio=0.4, stiffness_damping=0.01)
 

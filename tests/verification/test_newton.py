@@ -5,22 +5,30 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 
-from tests.bodies import EXACT, Rig, box, crumpled, epsilon, given_back, muscular_bar, numbers, rig
+from tests.support.bodies import (
+    EXACT,
+    Rig,
+    box,
+    crumpled,
+    epsilon,
+    given_back,
+    muscular_bar,
+    numbers,
+    rig,
+)
 from tests.verification import reference
 from tests.verification.accuracy import rest_stiffness
 from tests.verification.implicit_euler import elastic_forces, residual, rounding, step_matrix
 from tests.verification.smoothed_reference import smoothed_stiffness
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.options import TANGENTS, Elements, Tangent
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.engine.options import TANGENTS, Elements, Tangent
+from warp_softbody.world.ground import Plane
 
-FloatArray = npt.NDArray[np.float64]
 MESH = box((2, 2, 3), (0.2, 0.3, 0.4), jitter=0.2)
 UNDAMPED = Material(young_modulus=1e5, poisson_ratio=0.4, stiffness_damping=0.0, mass_damping=0.7)
 DAMPED = Material(young_modulus=1e5, poisson_ratio=0.3, stiffness_damping=0.01, mass_damping=0.7)

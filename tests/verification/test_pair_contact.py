@@ -10,17 +10,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import box, epsilon
+from tests.support.bodies import box, epsilon
 from warp_softbody import Material, Plane, Push, Scene, Simulation, SimulationOptions, TetMesh
-from warp_softbody.bodies import Body, placed
-from warp_softbody.character import Character
-from warp_softbody.frame import GROUND
-from warp_softbody.options import Precision
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.engine.options import Precision
+from warp_softbody.world.frame import GROUND
+from warp_softbody.world.joined_bodies import Body, placed
 
 SIDE = 0.3
 SOFT = Material(young_modulus=1e5, poisson_ratio=0.4, stiffness_damping=0.02)

@@ -11,15 +11,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.bodies import box
+from tests.support.bodies import box
 from warp_softbody import Material, Plane, Push, Scene, Simulation, SimulationOptions
-from warp_softbody.bodies import Body, placed
-from warp_softbody.character import Character
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.errors import InputError
-from warp_softbody.frame import Frame
-from warp_softbody.mesh import TetMesh
+from warp_softbody.world.frame import Frame
+from warp_softbody.world.joined_bodies import Body, placed
 
-FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 SIDE, THICK = 0.3, 0.03

@@ -6,20 +6,18 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import box
+from tests.support.bodies import box
 from tests.verification.test_pair_contact import cube, energy, hairpin, simulate
 from warp_softbody import Material, Plane, Push, Scene, Simulation, SimulationOptions
-from warp_softbody.bodies import Body
-from warp_softbody.character import Character
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.engine.options import Precision
 from warp_softbody.errors import InputError
-from warp_softbody.frame import GROUND
-from warp_softbody.options import Precision
 from warp_softbody.scenes import make
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.world.frame import GROUND
+from warp_softbody.world.joined_bodies import Body
 
 NO_GRAVITY = (0.0, 0.0, 0.0)
 

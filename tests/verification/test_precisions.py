@@ -7,14 +7,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import EXACT, Rig, box, epsilon, rig
-from warp_softbody.material import Material
-from warp_softbody.options import Tangent
-
-FloatArray = npt.NDArray[np.float64]
+from tests.support.bodies import EXACT, Rig, box, epsilon, rig
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.engine.options import Tangent
 
 ROUNDINGS = 10
 """Places of a step where single precision rounds about as much as where it stores the state.

@@ -7,20 +7,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.bodies import EXACT, Rig, Vector, box, epsilon, rig, turned
-from tests.verification.accuracy import (
-    energy,
-    orders,
-    rest_stiffness,
-)
-from warp_softbody.material import Material
-from warp_softbody.options import TANGENTS, Tangent
-
-FloatArray = npt.NDArray[np.float64]
+from tests.support.bodies import EXACT, Rig, Vector, box, epsilon, rig, turned
+from tests.verification.accuracy import energy, orders, rest_stiffness
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.engine.options import TANGENTS, Tangent
 
 EPS = epsilon("float64")
 TEN_TURNS_A_SECOND = 20.0 * np.pi

@@ -6,18 +6,16 @@ import itertools
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import cg
 
-from tests.bodies import EXACT, box, epsilon, numbers, rig
+from tests.support.bodies import EXACT, box, epsilon, numbers, rig
 from tests.verification.accuracy import modes_of, orders, rest_stiffness
 from tests.verification.manufactured import Manufactured
 from tests.verification.smoothed_reference import smoothed_energy, smoothed_stiffness
-from warp_softbody.material import Material
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
 
 # Fall of the tip of a beam of 1 x 0.2 x 0.2 m, m: E = 1 MPa, rho = 1000 kg/m^3, g = 9.81 m/s^2. Of
 # the same energy density, minimised by Newton's method with scikit-fem's hexahedra of 27 nodes and

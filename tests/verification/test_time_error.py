@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import EXACT, Rig, box, numbers, rig
+from tests.support.bodies import EXACT, Rig, box, numbers, rig
 from warp_softbody import scenes
-from warp_softbody.kernels.stopping import TIME_ERROR_SHARE
-from warp_softbody.material import Material
-from warp_softbody.options import Precision, SimulationOptions
-from warp_softbody.simulation import Simulation
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.engine.options import Precision, SimulationOptions
+from warp_softbody.kernels.linear.stopping import TIME_ERROR_SHARE
+from warp_softbody.run.simulation import Simulation
 
-FloatArray = npt.NDArray[np.float64]
 GRAVITY = (0.0, 0.0, -9.81)
 SOFT = Material(young_modulus=1e5, poisson_ratio=0.4)
 

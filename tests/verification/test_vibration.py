@@ -15,12 +15,11 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from tests.bodies import box, epsilon, rig
+from tests.support.bodies import box, epsilon, rig
 from tests.verification.accuracy import Modes, modes_of, orders, recurrence
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 
 LENGTH, SIDE = 0.5, 0.1
 SPEED = 1e-7

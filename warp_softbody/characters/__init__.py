@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from warp_softbody import checks
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters.letter_f import letter_f
 from warp_softbody.characters.letter_h import letter_h
 from warp_softbody.characters.letter_i import letter_i, letter_i_jump, letter_i_surface
@@ -12,6 +11,7 @@ from warp_softbody.characters.letter_o import letter_o
 from warp_softbody.characters.letter_t import letter_t
 from warp_softbody.characters.letter_x import letter_x
 from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks
 
 __all__ = [
     "letter_f",

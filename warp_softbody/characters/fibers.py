@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from warp_softbody.muscles import Fiber, FiberKind, MuscleGroup
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
 
 STRENGTH = 4e5
 """Pa, of upright letters."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters.fibers import QUADRANTS, group, ring, upright
 from warp_softbody.characters.recipe import Recipe
 from warp_softbody.characters.regions import EDGE, select, standing

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
+from warp_softbody.body.muscles import MuscleGroup
 from warp_softbody.characters.fibers import four_upright, group, ring
 from warp_softbody.characters.recipe import Recipe
 from warp_softbody.characters.regions import select, standing
 from warp_softbody.characters.store import load_mesh, load_recipe
-from warp_softbody.muscles import MuscleGroup
 
 if TYPE_CHECKING:
     import trimesh

@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
+from warp_softbody.body.muscles import Fiber, FiberKind
 from warp_softbody.characters.fibers import STRENGTH_TO_BEND, group, ring
 from warp_softbody.characters.recipe import Recipe
 from warp_softbody.characters.regions import EDGE, quadrants, select
 from warp_softbody.characters.store import load_mesh
-from warp_softbody.muscles import Fiber, FiberKind
 
 THICKNESS = 0.1
 KERNEL_WIDTH = 0.02

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.muscles import Fiber, FiberKind
 from warp_softbody.characters.fibers import group
 from warp_softbody.characters.recipe import Corners, Recipe
 from warp_softbody.characters.regions import IntArray, select
 from warp_softbody.characters.store import load_mesh
-from warp_softbody.mesh import TetMesh
-from warp_softbody.muscles import Fiber, FiberKind
 
 OUTER, INNER = 0.5, 0.28
 LOOPS = {"outer": 0.45, "inner": 0.33}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters.fibers import four_upright, group, helix
 from warp_softbody.characters.recipe import Recipe
 from warp_softbody.characters.regions import EDGE, select, standing

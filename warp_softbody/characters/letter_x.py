@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from warp_softbody.character import Character
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.muscles import Fiber, FiberKind
 from warp_softbody.characters.fibers import QUADRANTS, STRENGTH_TO_BEND, group, ring
 from warp_softbody.characters.recipe import Corners, Recipe
 from warp_softbody.characters.regions import EDGE, quadrants, select
 from warp_softbody.characters.store import load_mesh
-from warp_softbody.muscles import Fiber, FiberKind
-
-FloatArray = npt.NDArray[np.float64]
 
 HALF_WIDTH, THICKNESS = 0.1, 0.18
 LENGTH = 0.6071

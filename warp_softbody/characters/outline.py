@@ -14,12 +14,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import Delaunay
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
     import trimesh
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 SPLIT_ROUNDS = 12

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.characters.outline import extruded_outline
-from warp_softbody.mesh import TetMesh
 
 if TYPE_CHECKING:
     import trimesh
 
-FloatArray = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.int32]
 Corners = tuple[tuple[float, float], ...]
 
@@ -112,7 +112,7 @@ class Recipe:
             MissingExtraError: TetGen is not installed.
             MeshError: TetGen failed.
         """
-        from warp_softbody.meshing.tetgen_mesher import mesh_with_tetgen, tetgen_version
+        from warp_softbody.body.meshing.tetgen_mesher import mesh_with_tetgen, tetgen_version
 
         points, tets = mesh_with_tetgen(*self._part(), dict(self.tetgen_options), source=self.name)
         for axis in map(AXES.index, self.mirrors):

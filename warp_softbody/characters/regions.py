@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.arrays import BoolArray
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.characters.fibers import QUADRANTS
-from warp_softbody.mesh import TetMesh
 
 IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 
 EDGE = 1e-6
 """m: nodes nearer than this to a border belong to it, and to both sides of it."""

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from warp_softbody.atomic_files import replacing
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.characters.recipe import Recipe
 from warp_softbody.errors import InputError, OutputError
-from warp_softbody.mesh import TetMesh
-from warp_softbody.replacing import replacing
 
 DATA = files("warp_softbody.characters") / "data"
 

@@ -17,9 +17,9 @@ from warp_softbody.errors import InputError, MissingExtraError, OutputError, Sof
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from warp_softbody.accuracy.case import Case
-    from warp_softbody.accuracy.chart import Chart
-    from warp_softbody.accuracy.sweep import Progress
+    from warp_softbody.accuracy.analysis.chart import Chart
+    from warp_softbody.accuracy.cases.case import Case
+    from warp_softbody.accuracy.runs.sweep import Progress
 
 FOLDER = Path("frontier")
 FAILED = 2
@@ -69,9 +69,9 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: the sentence for the user.
     """
-    from warp_softbody.accuracy.files import require_folder
-    from warp_softbody.accuracy.peers import require_peers
-    from warp_softbody.accuracy.picture import require_matplotlib
+    from warp_softbody.accuracy.analysis.files import require_folder
+    from warp_softbody.accuracy.analysis.picture import require_matplotlib
+    from warp_softbody.accuracy.runs.peer_runs import require_peers
 
     cases = _cases(args.scene)
     require_matplotlib()
@@ -104,8 +104,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _made(case: Case, args: argparse.Namespace, executor: Executor) -> dict[str, Any]:
     """A scene's chart and its files."""
-    from warp_softbody.accuracy.files import as_dict, write_tables
-    from warp_softbody.accuracy.picture import draw
+    from warp_softbody.accuracy.analysis.files import as_dict, write_tables
+    from warp_softbody.accuracy.analysis.picture import draw
 
     chart = charted(case, args, executor, args.journal or args.out / "journal")
     picture = args.out / f"{case.scene}.png"
@@ -116,7 +116,7 @@ def _made(case: Case, args: argparse.Namespace, executor: Executor) -> dict[str,
 
 
 def _cases(scene: str) -> list[Case]:
-    from warp_softbody.accuracy.table import CASES, case_of
+    from warp_softbody.accuracy.cases.table import CASES, case_of
 
     return list(CASES.values()) if scene == "all" else [case_of(scene)]
 
@@ -124,7 +124,7 @@ def _cases(scene: str) -> list[Case]:
 @contextmanager
 def sweep_workers(args: argparse.Namespace) -> Iterator[Executor]:
     """Those that ``args`` ask for."""
-    from warp_softbody.accuracy.workers import cores, workers
+    from warp_softbody.accuracy.runs.workers import cores, workers
 
     with workers(args.workers or cores(), args.dask) as executor:
         yield executor
@@ -132,8 +132,8 @@ def sweep_workers(args: argparse.Namespace) -> Iterator[Executor]:
 
 def charted(case: Case, args: argparse.Namespace, executor: Executor, journal: Path) -> Chart:
     """Run what the journal lacks of a case; progress goes to a terminal's stderr."""
-    from warp_softbody.accuracy.chart import make_chart
-    from warp_softbody.accuracy.journal import Journal
+    from warp_softbody.accuracy.analysis.chart import make_chart
+    from warp_softbody.accuracy.runs.journal import Journal
 
     wanted = case.quickly() if args.quick else case
 

@@ -13,7 +13,7 @@ from warp_softbody.cli.output import say
 from warp_softbody.errors import InputError, MeshWarning
 
 if TYPE_CHECKING:
-    from warp_softbody.mesh import TetMesh
+    from warp_softbody.body.mesh import TetMesh
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: the sentence for the user; no output file is left behind.
     """
-    from warp_softbody.mesh_files import check_writable
+    from warp_softbody.body.mesh_files import check_writable
 
     # Meshing may take minutes: a wrong output path is told before, not after.
     check_writable(args.output)
@@ -73,7 +73,7 @@ def _show(message: Warning | str, *_: object) -> None:
 
 def _mesh(args: argparse.Namespace) -> tuple[TetMesh, float | None]:
     """The mesh, and the volume in m^3 that a surface encloses."""
-    from warp_softbody.meshing.surface import EXTENSIONS
+    from warp_softbody.body.meshing.surface import EXTENSIONS
 
     if args.input.suffix.lower() in EXTENSIONS:
         return _from_surface(args)
@@ -82,7 +82,7 @@ def _mesh(args: argparse.Namespace) -> tuple[TetMesh, float | None]:
 
 def _from_surface(args: argparse.Namespace) -> tuple[TetMesh, float]:
     """Mesh of a surface file, and the volume that the surface encloses, m^3."""
-    from warp_softbody.meshing import load_surface, tetrahedralize
+    from warp_softbody.body.meshing import load_surface, tetrahedralize
 
     surface = load_surface(args.input)
     mesh = tetrahedralize(surface, mesher=args.mesher or "ftetwild", size=args.size)
@@ -97,7 +97,7 @@ def _from_tets(args: argparse.Namespace) -> TetMesh:
                 f"--{name} is for surfaces, but {args.input} is not one "
                 f"(.stl, .obj, .ply, .off); a tet file is only checked and converted"
             )
-    from warp_softbody.mesh import TetMesh
+    from warp_softbody.body.mesh import TetMesh
 
     return TetMesh.read(args.input)
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from types import TracebackType
 
 from warp_softbody.errors import MissingExtraError
-from warp_softbody.frame import Frame
-from warp_softbody.scene import Scene
 from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
 from warp_softbody.stage_exports.conventions import checked_target
+from warp_softbody.world.frame import Frame
+from warp_softbody.world.scene import Scene
 
 
 class Recorder:

@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
         SoftBodyError: nothing was left, a chunk is damaged, or the stage cannot be written.
     """
     with held_back():
-        from warp_softbody.stage_exports.chunks import recovered
+        from warp_softbody.stage_exports.usd.chunks import recovered
 
     path, frames = recovered(args.stage)
     if args.json:

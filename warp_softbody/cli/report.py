@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from warp_softbody.statistics import RunSummary, text_table
+from warp_softbody.run.run_summary import RunSummary, text_table
 
 
 def as_json(summary: RunSummary, more: Mapping[str, Any]) -> str:

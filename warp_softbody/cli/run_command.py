@@ -7,19 +7,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.arguments import key_value, number, whole
-from warp_softbody.cli.engine import warp_engine
 from warp_softbody.cli.interruption import Interrupted, Interruption, exit_code, held_back
 from warp_softbody.cli.output import complain, say
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.tune_command import share
 from warp_softbody.cli.tuned_options import tuned_engine, tuned_plan
+from warp_softbody.engine.options import CONES, ELEMENTS, PRECISIONS, TANGENTS
 from warp_softbody.errors import InputError, NotFiniteError
-from warp_softbody.options import CONES, ELEMENTS, PRECISIONS, TANGENTS
+from warp_softbody.run.warp_session import warp_engine
 
 if TYPE_CHECKING:
     from warp_softbody.cli.recorder import Recorder
+    from warp_softbody.run.simulation import Simulation
     from warp_softbody.scenes import ScenePlan
-    from warp_softbody.simulation import Simulation
 
 DOUBTFUL = 4
 """Ran to its end, but something in the result should not be believed; the summary says what."""
@@ -162,8 +162,8 @@ def _planned(args: argparse.Namespace) -> tuple[ScenePlan, str]:
 
 def _precision(args: argparse.Namespace, plan: ScenePlan) -> str:
     """The precision asked for, or the one that suits the scene."""
-    from warp_softbody.options import SimulationOptions
-    from warp_softbody.precision_choice import with_precision
+    from warp_softbody.engine.options import SimulationOptions
+    from warp_softbody.engine.precision_choice import with_precision
 
     options = SimulationOptions(time_step=args.time_step, precision=args.precision)
     return with_precision(options, plan.scene).precision
@@ -193,8 +193,8 @@ def _recorder(args: argparse.Namespace, plan: ScenePlan, method: str) -> Recorde
 
 
 def _simulation(args: argparse.Namespace, plan: ScenePlan, method: str) -> Simulation:
-    from warp_softbody.options import SimulationOptions
-    from warp_softbody.simulation import Simulation
+    from warp_softbody.engine.options import SimulationOptions
+    from warp_softbody.run.simulation import Simulation
 
     return Simulation(
         plan.scene,

@@ -16,10 +16,10 @@ from warp_softbody.errors import InputError
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from warp_softbody.accuracy.case import Case
-    from warp_softbody.accuracy.running import Outcome
-    from warp_softbody.accuracy.settings import Settings
-    from warp_softbody.accuracy.tuning import Tuned
+    from warp_softbody.accuracy.analysis.tuning import Tuned
+    from warp_softbody.accuracy.cases.case import Case
+    from warp_softbody.accuracy.cases.settings import Settings
+    from warp_softbody.accuracy.runs.running import Outcome
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -70,9 +70,9 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: no settings hold the bound, or the sentence for another mistake.
     """
-    from warp_softbody.accuracy.store import own_file, require_storable, save
-    from warp_softbody.accuracy.table import case_of
-    from warp_softbody.accuracy.tuning import MARGIN, choose
+    from warp_softbody.accuracy.analysis.store import own_file, require_storable, save
+    from warp_softbody.accuracy.analysis.tuning import MARGIN, choose
+    from warp_softbody.accuracy.cases.table import case_of
 
     def told(tuned: Tuned, path: Path) -> list[str]:
         default = case_of(tuned.scene).default
@@ -117,10 +117,10 @@ def with_settings(case: Case, pairs: list[tuple[str, str]]) -> Case:
 
 
 def _tried(case: Case, args: argparse.Namespace, executor: Executor, journal: Path) -> Tuned:
-    from warp_softbody.accuracy.design import job
-    from warp_softbody.accuracy.journal import Journal
-    from warp_softbody.accuracy.sweep import sweep
-    from warp_softbody.accuracy.trials import tuned_by_trials
+    from warp_softbody.accuracy.analysis.design import job
+    from warp_softbody.accuracy.analysis.trials import tuned_by_trials
+    from warp_softbody.accuracy.runs.journal import Journal
+    from warp_softbody.accuracy.runs.sweep import sweep
 
     wanted = case.quickly() if args.quick else case
     kept = Journal(journal, case.scene)

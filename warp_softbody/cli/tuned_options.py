@@ -13,8 +13,8 @@ from warp_softbody.cli.output import note
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from warp_softbody.accuracy.settings import Settings
-    from warp_softbody.accuracy.tuning import Tuned
+    from warp_softbody.accuracy.analysis.tuning import Tuned
+    from warp_softbody.accuracy.cases.settings import Settings
     from warp_softbody.scenes import ScenePlan
 
 OPTIONS = {
@@ -38,7 +38,7 @@ SCENE_KNOBS = ("cells", "patches")
 def tuned_plan(args: argparse.Namespace) -> ScenePlan:
     """The scene that ``args`` ask for, with the stored settings where they ask for an error."""
     from warp_softbody import scenes
-    from warp_softbody.refinement import refined_scene
+    from warp_softbody.body.refinement import refined_scene
 
     _take(args)
     plan = scenes.make(args.scene, unique(args.set, "--set"))
@@ -49,8 +49,8 @@ def tuned_engine(args: argparse.Namespace) -> AbstractContextManager[None]:
     """What the stored settings change inside the engine, once `tuned_plan` has been called."""
     if args.tuned is None:
         return nullcontext()
-    from warp_softbody.accuracy.inner_knobs import inner_knobs
-    from warp_softbody.accuracy.settings import Settings
+    from warp_softbody.accuracy.cases.settings import Settings
+    from warp_softbody.accuracy.runs.inner_knobs import inner_knobs
 
     return inner_knobs(Settings.from_dict(args.tuned["settings"]))
 
@@ -67,8 +67,8 @@ def _take(args: argparse.Namespace) -> None:
     if args.error is None:
         return
     from warp_softbody import scenes
-    from warp_softbody.accuracy.store import find
-    from warp_softbody.accuracy.table import case_of
+    from warp_softbody.accuracy.analysis.store import find
+    from warp_softbody.accuracy.cases.table import case_of
 
     case = case_of(args.scene)
     values = scenes.make(args.scene, unique(args.set, "--set")).settings

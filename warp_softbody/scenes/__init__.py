@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warp_softbody import checks
 from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks
 from warp_softbody.scenes import (
     balance_i,
     bounce_ball,

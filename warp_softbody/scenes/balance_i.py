@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_i
-from warp_softbody.controllers.balance import Balance, BalanceGains
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.ground import Plane
-from warp_softbody.scene import Scene
+from warp_softbody.controllers.motions.balance import Balance, BalanceGains
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 GAINS = BalanceGains(
     position=45.0,  # 1/s^2

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from warp_softbody.character import Character
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.scene import Scene
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.stairs import ball_mesh
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 RADIUS = 0.15  # m
 SHELLS = 3

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
+from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.characters import letter_i_flat
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.crawl import Crawl, CrawlGains
-from warp_softbody.ground import Plane
-from warp_softbody.ground_friction import DirectionalFriction
-from warp_softbody.scene import Scene
+from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 EARTHWORM = CrawlGains(
     stride=0.145,  # m

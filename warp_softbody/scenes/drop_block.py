@@ -6,12 +6,12 @@ import itertools
 
 import numpy as np
 
-from warp_softbody.character import Character
-from warp_softbody.ground import Plane, Vector
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.scene import Scene
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
+from warp_softbody.world.ground import Plane, Vector
+from warp_softbody.world.scene import Scene
 
 SIDE = 0.3  # m
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_i
-from warp_softbody.controllers.balance import BalanceGains
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.jump import Jump, JumpGains
-from warp_softbody.ground import Plane
-from warp_softbody.scene import Scene
+from warp_softbody.controllers.motions.balance import BalanceGains
+from warp_softbody.controllers.motions.jump import Jump, JumpGains
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 STRENGTH = 1.75e6
 """Pa: muscles can only pull, so a jump is what a crouched body does when it lets go, and its height

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_t
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.jump import Jump, JumpGains
-from warp_softbody.ground import Plane
-from warp_softbody.scene import Scene
+from warp_softbody.controllers.motions.jump import Jump, JumpGains
 from warp_softbody.scenes.jump_i import LANDING, start
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 STRENGTH = 9.6e5  # Pa
 POISSON_RATIO = 0.48

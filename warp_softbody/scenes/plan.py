@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from warp_softbody import checks, input_kinds
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.errors import InputError
-from warp_softbody.scene import Scene
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)

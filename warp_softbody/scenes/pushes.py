@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from warp_softbody.character import Character
-from warp_softbody.scene import STANDARD_GRAVITY, Push
+from warp_softbody.body.character import Character
 from warp_softbody.scenes.plan import Setting, Values
+from warp_softbody.world.scene import STANDARD_GRAVITY, Push
 
 PUSH_START = 0.5  # s
 

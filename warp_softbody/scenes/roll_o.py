@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_o
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.roll import Leg, Roll, RollGains
-from warp_softbody.ground import Plane
-from warp_softbody.scene import Scene
+from warp_softbody.controllers.motions.roll import Leg, Roll, RollGains
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 STRENGTH = 1.3e6  # Pa
 STIFFNESS_DAMPING = 0.09  # s, which brings it to rest in 5 s
@@ -29,7 +29,7 @@ GAINS = RollGains(
     momentum_weight=0.027,  # of rows in m g dt
     activation=ActivationCost(effort=0.031, change=5.2),
 )
-"""Near the second best of 60 random draws of roll-o (benchmarks/search_gains.py, seed 1), kept
+"""Near the second best of 60 random draws of roll-o (benchmarks/gains/command.py, seed 1), kept
 because it rolls with friction, stiffness and strength 20 % up and down, half the time step and
 other meshes."""
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from warp_softbody.character import Character
-from warp_softbody.ground_heights import HeightField
-from warp_softbody.material import Material
-from warp_softbody.scene import Scene
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
 from warp_softbody.scenes.drop_block import box_mesh
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
+from warp_softbody.world.height_field import HeightField
+from warp_softbody.world.scene import Scene
 
 SIDE, THICKNESS = 1.0, 0.05  # m
 CELLS = (24, 24, 2)

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_f
 from warp_softbody.characters.fibers import QUADRANTS
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.slide import Slide, SlideGains
-from warp_softbody.ground import Plane
-from warp_softbody.scene import STANDARD_GRAVITY, Push, Scene
+from warp_softbody.controllers.motions.slide import Slide, SlideGains
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import STANDARD_GRAVITY, Push, Scene
 
 GAINS = SlideGains(
     tilt=140.0,  # 1/s^2

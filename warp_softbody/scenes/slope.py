@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from warp_softbody.character import Character
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.scene import Scene
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.scenes.drop_block import box_mesh
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 MATERIAL = Material(young_modulus=1e6, poisson_ratio=0.3, stiffness_damping=0.02)
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from warp_softbody.bodies import Body, placed
-from warp_softbody.character import Character
-from warp_softbody.ground import Plane
-from warp_softbody.material import Material
-from warp_softbody.scene import Scene
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
 from warp_softbody.scenes.drop_block import box_mesh
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.joined_bodies import Body, placed
+from warp_softbody.world.scene import Scene
 
 SIDE = 0.3  # m
 TURN = 15.0  # degrees, of each cube against the one below

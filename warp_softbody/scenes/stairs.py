@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.character import Character
-from warp_softbody.ground_triangles import TriangleGround
-from warp_softbody.material import Material
-from warp_softbody.mesh import TetMesh
-from warp_softbody.scene import Scene
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
+from warp_softbody.world.scene import Scene
+from warp_softbody.world.triangle_ground import TriangleGround
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 RADIUS = 0.15  # m

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warp_softbody.ground import Plane
-from warp_softbody.scene import Scene
 from warp_softbody.scenes.balance_i import balancing_letter
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 
 def build(values: Values) -> tuple[Scene, None]:

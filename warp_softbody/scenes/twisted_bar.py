@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from warp_softbody.character import Character
-from warp_softbody.material import Material
-from warp_softbody.scene import Push, Scene
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
 from warp_softbody.scenes.drop_block import box_mesh
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
+from warp_softbody.world.scene import Push, Scene
 
 LENGTH, SIDE = 1.0, 0.2  # m, along x and across
 MATERIAL = Material(young_modulus=1e5, poisson_ratio=0.4, stiffness_damping=0.005)

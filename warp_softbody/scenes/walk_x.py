@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warp_softbody.character import Character
+from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_x
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Gait, Walk, WalkGains
-from warp_softbody.ground import Plane
-from warp_softbody.scene import Scene
+from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Gait, Walk, WalkGains
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 STIFFNESS = 9e5
 """Pa: at 0.5 MPa the middle comes down to 0.06 m above the ground while two limbs carry it, and the

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from tests.bodies import Rig, box, rig
+from tests.support.bodies import Rig, box, rig
 from warp_softbody import Material
-from warp_softbody.options import Precision
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
+from warp_softbody.engine.options import Precision
 
 GRAVITY = 9.81
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.bodies import box, turned
+from tests.support.bodies import box, turned
 from tests.verification.conservation.flight import MOST
 from tests.verification.conservation.test_free_flight import PRECISIONS
 from warp_softbody import (
@@ -18,7 +18,7 @@ from warp_softbody import (
     TetMesh,
     placed,
 )
-from warp_softbody.options import Precision
+from warp_softbody.engine.options import Precision
 
 NO_GRAVITY = (0.0, 0.0, 0.0)
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.bodies import box, turned
+from tests.support.bodies import box, turned
 from warp_softbody import (
     Body,
     Character,
@@ -18,8 +17,7 @@ from warp_softbody import (
     TetMesh,
     placed,
 )
-
-FloatArray = npt.NDArray[np.float64]
+from warp_softbody.arrays import FloatArray
 
 
 def block(size: float, height: float) -> Character:

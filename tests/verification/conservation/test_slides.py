@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.bodies import box
+from tests.support.bodies import box
 from tests.verification.conservation.flight import GRAVITY
 from tests.verification.conservation.test_free_flight import PRECISIONS
 from warp_softbody import (
@@ -18,7 +18,7 @@ from warp_softbody import (
     SimulationOptions,
     placed,
 )
-from warp_softbody.options import Cone, Precision
+from warp_softbody.engine.options import Cone, Precision
 from warp_softbody.scenes import make
 
 DT = 1.0 / 120.0

@@ -1,0 +1,5 @@
+"""``python -m benchmarks.beam``."""
+
+from benchmarks.beam.command import main
+
+main()

@@ -1,0 +1,1 @@
+"""The tables of docs/frontier.md, from the charts' files: ``python -m benchmarks.charts``."""

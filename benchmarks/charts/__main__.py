@@ -1,0 +1,5 @@
+"""``python -m benchmarks.charts``."""
+
+from benchmarks.charts.command import main
+
+main()

@@ -1,0 +1,231 @@
+"""What is searched for in each scene: the gains and their ranges, and the goals they must meet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from warp_softbody import scenes
+from warp_softbody.body.character import Character
+from warp_softbody.controllers.controller import Controller
+from warp_softbody.controllers.motions.balance import Balance
+from warp_softbody.controllers.motions.jump import Jump
+from warp_softbody.controllers.motions.roll import Roll
+from warp_softbody.scenes import balance_i, jump_i, jump_t, roll_o
+from warp_softbody.world.scene import Scene
+
+Changes = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where a gain is drawn from: evenly, or evenly by its logarithm."""
+
+    low: float
+    high: float
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A measure, its bound, and how much missing it costs."""
+
+    measure: str
+    bound: float
+    at_least: bool = True
+    weight: float = 1.0
+
+
+def at_most(measure: str, bound: float, weight: float = 1.0) -> Goal:
+    """A measure that must not exceed its bound."""
+    return Goal(measure, bound, at_least=False, weight=weight)
+
+
+SOUND = (
+    at_most("volume_change", 0.05),
+    at_most("penetration", 0.002),
+    at_most("sign_changes", 0.15, weight=0.4),
+    Goal("smallest_tet", 0.05),
+)
+UPRIGHT = (at_most("tilt", 5.0), at_most("speed", 0.1), Goal("height", 0.9))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One scene's search.
+
+    Attributes:
+        scene: name.
+        gains: shipped ones, a dataclass.
+        controller: made of gains.
+        ranges: by the path of a gain in the dataclass; ``material.NAME`` and ``strength`` stand
+            for the character's.
+        goals: what the run must show.
+        settings: of the scene.
+        stands: whether a run is over when the body falls.
+    """
+
+    scene: str
+    gains: Any
+    controller: Callable[[Any], Controller]
+    ranges: Mapping[str, Range]
+    goals: tuple[Goal, ...]
+    settings: Mapping[str, float] = field(default_factory=dict)
+    stands: bool = True
+
+    def build(self, changes: Changes, settings: Mapping[str, float]) -> tuple[Scene, Controller]:
+        """The scene and its controller with some gains changed."""
+        scene = scenes.make(self.scene, {**self.settings, **settings}).scene
+        gains, character = self.gains, scene.character
+        for name, value in changes.items():
+            if name == "strength" or name.startswith("material."):
+                character = changed_character(character, name, value)
+            else:
+                gains = changed(gains, name.split("."), value)
+        return replace(scene, character=character), self.controller(gains)
+
+    def shipped(self) -> dict[str, float]:
+        """The present values of the gains that have ranges."""
+        scene = scenes.make(self.scene, self.settings).scene
+        return {name: _value(self.gains, scene.character, name) for name in self.ranges}
+
+
+def changed(values: Any, path: list[str], value: float) -> Any:
+    """A dataclass, or a tuple, with the number at a path changed."""
+    name, *rest = path
+    if isinstance(values, tuple):
+        index = int(name)
+        return (*values[:index], value, *values[index + 1 :])
+    inner = changed(getattr(values, name), rest, value) if rest else value
+    return replace(values, **{name: inner})
+
+
+def changed_character(character: Character, name: str, value: float) -> Character:
+    """A character with a number of its material, or the strength of all muscles, changed."""
+    if name == "strength":
+        muscles = tuple(replace(group, strength=value) for group in character.muscles)
+        return replace(character, muscles=muscles)
+    material = changed(character.material, name.split(".")[1:], value)
+    return replace(character, material=material)
+
+
+def _value(gains: Any, character: Character, name: str) -> float:
+    if name == "strength":
+        return character.muscles[0].strength
+    values: Any = character if name.startswith("material.") else gains
+    for part in name.split("."):
+        values = values[int(part)] if isinstance(values, tuple) else getattr(values, part)
+    return float(values)
+
+
+BALANCE = {
+    "position": Range(20.0, 80.0, log=True),
+    "velocity": Range(4.0, 14.0, log=True),
+    "spin": Range(4.0, 14.0, log=True),
+    "crouch": Range(0.3, 2.0),
+    "momentum_weight": Range(0.2, 3.0, log=True),
+    "spin_weight": Range(5.0, 80.0, log=True),
+    "base_weight": Range(0.002, 0.06, log=True),
+    "base_rate": Range(2.0, 6.0),
+    "activation.effort": Range(0.005, 0.05, log=True),
+    "activation.change": Range(0.1, 1.5, log=True),
+}
+JUMP = {
+    "depth": Range(0.12, 0.35),
+    "crouch_time": Range(0.4, 1.0),
+    "launch.2": Range(2.0, 4.5),
+    "push": Range(12.0, 40.0, log=True),
+    "rise": Range(0.0, 0.1),
+    "position": Range(30.0, 120.0, log=True),
+    "velocity": Range(7.0, 20.0, log=True),
+    "spin": Range(3.0, 10.0, log=True),
+    "momentum_weight": Range(0.015, 0.2, log=True),
+    "spin_weight": Range(0.2, 10.0, log=True),
+    "reach.2": Range(-0.56, -0.44),
+    "reach_weight": Range(0.05, 1.0, log=True),
+    "activation.effort": Range(0.01, 0.1, log=True),
+    "activation.change": Range(0.3, 8.0, log=True),
+    "landing.momentum_weight": Range(0.02, 0.3, log=True),
+    "landing.spin_weight": Range(0.5, 12.0, log=True),
+    "landing.velocity": Range(5.0, 14.0, log=True),
+    "landing.position": Range(20.0, 50.0, log=True),
+    "landing.crouch": Range(0.0, 1.0),
+    "landing.activation.change": Range(1.0, 25.0, log=True),
+    "ease": Range(0.0, 6.0),
+    "strength": Range(9e5, 2e6, log=True),
+    "material.poisson_ratio": Range(0.465, 0.485),
+    "material.stiffness_damping": Range(0.03, 0.05, log=True),
+}
+FORWARD = {
+    "pitch": Range(0.4, 1.0),
+    "lean.0": Range(0.05, 0.2),
+    "launch.0": Range(2.0, 4.5),
+    "reach.0": Range(0.0, 0.15),
+}
+TURN = {"turn": Range(0.2, 2.0, log=True), "wind": Range(-2.0, -0.4)}
+ROLL = {
+    "lead": Range(0.1, 0.35),
+    "position": Range(6.0, 30.0, log=True),
+    "velocity": Range(0.5, 5.0, log=True),
+    "spin": Range(0.1, 0.5),
+    "top_speed": Range(1.2, 2.6),
+    "follow": Range(0.0, 0.2),
+    "spin_weight": Range(0.02, 4.0, log=True),
+    "momentum_weight": Range(0.005, 1.0, log=True),
+    "activation.effort": Range(0.02, 0.2, log=True),
+    "activation.change": Range(1.0, 12.0, log=True),
+    "strength": Range(7e5, 1.3e6, log=True),
+    "material.stiffness_damping": Range(0.03, 0.1, log=True),
+}
+
+CASES = {
+    case.scene: case
+    for case in (
+        Case(
+            scene="balance-i",
+            gains=balance_i.GAINS,
+            controller=Balance,
+            ranges=BALANCE,
+            settings={"push": 0.5},
+            goals=(*SOUND, *UPRIGHT, Goal("base_growth", 0.05), Goal("lifted", 0.1)),
+        ),
+        Case(
+            scene="jump-i",
+            gains=jump_i.FORWARD,
+            controller=lambda gains: Jump(gains, start=jump_i.START),
+            ranges=JUMP | FORWARD,
+            goals=(*SOUND, *UPRIGHT, Goal("air", 0.2), Goal("way", 0.25)),
+        ),
+        Case(
+            scene="jump-i-in-place",
+            gains=jump_i.IN_PLACE,
+            controller=lambda gains: Jump(gains, jumps=3, start=jump_i.START),
+            ranges=JUMP,
+            goals=(*SOUND, *UPRIGHT, Goal("jumps", 3.0)),
+        ),
+        Case(
+            scene="jump-t",
+            gains=jump_t.TWIST,
+            controller=lambda gains: Jump(gains, start=jump_i.START),
+            ranges=JUMP | TURN,
+            goals=(*SOUND, *UPRIGHT, Goal("air", 0.2), Goal("yaw_in_air", 45.0)),
+        ),
+        Case(
+            scene="roll-o",
+            gains=roll_o.GAINS,
+            controller=lambda gains: Roll(gains, legs=roll_o.AWAY, rim="rim"),
+            ranges=ROLL,
+            goals=(*SOUND, at_most("speed", 0.1), Goal("rolled", 360.0), at_most("sideways", 0.1)),
+            stands=False,
+        ),
+        Case(
+            scene="roll-o-return",
+            gains=roll_o.GAINS,
+            controller=lambda gains: Roll(gains, legs=roll_o.RETURN, rim="rim"),
+            ranges=ROLL,
+            goals=(*SOUND, Goal("rolled", 180.0), Goal("rolled_back", 180.0)),
+            stands=False,
+        ),
+    )
+}

@@ -1,0 +1,1 @@
+"""What the shipped motions cost and how they look: ``python -m benchmarks.motions``."""

@@ -1,0 +1,5 @@
+"""``python -m benchmarks.motions``."""
+
+from benchmarks.motions.command import main
+
+main()

@@ -1,0 +1,1 @@
+"""What preconditioners give on the matrix of the benchmark beam in mid swing."""

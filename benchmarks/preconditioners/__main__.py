@@ -1,0 +1,5 @@
+"""``python -m benchmarks.preconditioners``."""
+
+from benchmarks.preconditioners.command import main
+
+main()

@@ -1,0 +1,5 @@
+"""``python -m benchmarks.qpcc``."""
+
+from benchmarks.qpcc.command import main
+
+main()

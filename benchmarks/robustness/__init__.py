@@ -1,0 +1,1 @@
+"""Whether every motion holds where its gains were not searched."""

@@ -1,0 +1,1 @@
+"""Extreme cases: what other programs do and what ours does, as a table."""

@@ -1,0 +1,5 @@
+"""``python -m benchmarks.stability``."""
+
+from benchmarks.stability.command import main
+
+main()

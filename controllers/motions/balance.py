@@ -1,0 +1,127 @@
+"""Balance: linear and angular momentum and the base (docs/method.md section 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.view import BodyView
+
+
+@dataclass(frozen=True, kw_only=True)
+class BalanceGains:
+    """Gains and weights of the balance controller.
+
+    Attributes:
+        position: Kp, 1/s^2, pull of the centre of mass towards its place above the base.
+        velocity: Kd, 1/s, decay of linear momentum.
+        spin: 1/s, decay of angular momentum.
+        crouch: metres that the centre of mass is lowered per metre of the capture point's offset.
+        momentum_weight: of the linear momentum, in units of m g dt.
+        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        base_weight: of the base's relative growth, s^2; 0 leaves the term out.
+        base_rate: 1/(m s), wanted relative growth of the base per metre of the capture point's
+            offset.
+        activation: cost of effort and change.
+        relax: by how much more than one effort costs a body that stands well, as a factor, so that
+            its own damping brings it to rest.
+        relax_within: m, offset of the capture point from which on effort costs as usual.
+    """
+
+    position: float = 45.0
+    velocity: float = 7.0
+    spin: float = 8.0
+    crouch: float = 1.1
+    momentum_weight: float = 1.0
+    spin_weight: float = 38.0
+    base_weight: float = 0.018
+    base_rate: float = 4.0
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.015, change=0.35)
+    )
+    relax: float = 0.0
+    relax_within: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("relax_within",),
+            not_negative=(
+                "position",
+                "velocity",
+                "spin",
+                "momentum_weight",
+                "spin_weight",
+                "base_weight",
+                "relax",
+            ),
+            finite=("crouch", "base_rate"),
+        )
+        checks.instance("BalanceGains.activation", self.activation, ActivationCost)
+
+
+class Balance:
+    """Keeps the centre of mass above the middle of the nominal base and the body from turning."""
+
+    def __init__(
+        self,
+        gains: BalanceGains | None = None,
+        *,
+        base: str = "base",
+        patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
+    ) -> None:
+        """Balance on a base region, thinking of the ground through patch regions of it."""
+        self._gains = checks.optional("gains of Balance", gains, BalanceGains)
+        self._base = input_kinds.name("base of Balance", base)
+        self._patches = input_kinds.names("patches of Balance", patches)
+        self._height: float | None = None
+        self._triangles: np.ndarray[tuple[int, ...], np.dtype[np.int32]] | None = None
+
+    def goals(self, view: BodyView) -> Goals:
+        """Objectives of the step from ``view`` on."""
+        g, view = self._gains, seen(view)
+        target = view.positions[view.scene.character.region(self._base)].mean(axis=0)
+        if self._height is None:
+            self._height = float((view.center_of_mass - target)[2])
+        offset = self._capture_offset(view, target)
+        target[2] += self._height - min(g.crouch * offset, 0.3 * self._height)
+        pull = view.mass * g.position * (target - view.center_of_mass)
+        rate = pull - g.velocity * view.linear_momentum
+        wanted = [
+            objectives.linear_momentum(view, rate, g.momentum_weight),
+            objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
+        ]
+        if g.base_weight > 0.0:
+            wanted.append(self._widen(view, g.base_rate * offset))
+        return Goals(
+            objectives=tuple(wanted),
+            patches=ground_patches(view, self._patches),
+            activation=self._relaxed(offset),
+        )
+
+    def _relaxed(self, offset: float) -> ActivationCost:
+        g = self._gains
+        share = max(0.0, 1.0 - offset / g.relax_within)
+        return replace(g.activation, effort=g.activation.effort * (1.0 + g.relax * share))
+
+    def _capture_offset(self, view: BodyView, base: np.ndarray[tuple[int, ...], Any]) -> float:
+        """Horizontal distance (m) of the capture point c + v sqrt(h / g) from the base's middle."""
+        gravity = float(np.linalg.norm(view.scene.gravity))
+        height = max(float((view.center_of_mass - base)[2]), 1e-3)
+        speed = view.linear_momentum / view.mass
+        ahead = view.center_of_mass - base + speed * np.sqrt(height / max(gravity, 1e-6))
+        return float(np.hypot(ahead[0], ahead[1]))
+
+    def _widen(self, view: BodyView, growth: float) -> objectives.Objective:
+        if self._triangles is None:
+            surface = view.scene.character.mesh.surface
+            inside = np.isin(surface, view.scene.character.region(self._base)).all(axis=1)
+            self._triangles = surface[inside]
+        return objectives.base_area(view, self._triangles, growth, self._gains.base_weight)

@@ -1,0 +1,208 @@
+"""Crawling: the tail is pulled up while the head holds, then the head is pushed forward."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
+from warp_softbody.controllers.motions.jump import smooth_step
+from warp_softbody.controllers.objectives import Objective
+from warp_softbody.controllers.patches import Patch, ground_patches
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.view import BodyView
+
+TAIL = ("corner_0", "corner_2")
+HEAD = ("corner_1", "corner_3")
+MIDDLE = ("belly_2", "belly_3")
+USUAL_STEP = 1.0 / 60.0  # s
+BELLY_PATCHES = ("belly_0", "belly_1", "belly_2", "belly_3", "belly_4", "belly_5")
+
+
+class CrawlPhase(Enum):
+    """Which end of the body is on its way."""
+
+    REST = "rest"
+    PULL = "pull"
+    PUSH = "push"
+
+    @classmethod
+    def _missing_(cls, value: object) -> CrawlPhase:
+        """Refuse a value of none of the phases."""
+        return input_kinds.member("CrawlPhase", value, cls)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrawlGains:
+    """Gains, weights and timing of crawling along x.
+
+    Weights are those at a time step of 1/60 s, and grow as it shrinks: in a shorter step muscles
+    change a velocity by less, and effort would weigh more.
+
+    Attributes:
+        stride: m, by which the ends come together and part again in a cycle.
+        arch: m, wanted height of the middle of the belly when they are together; 0 keeps it down.
+        pull_time: s, in which the tail is pulled up.
+        push_time: s, in which the head is pushed forward.
+        follow: 1/s, how fast what is off its trajectory is to come back, and how fast an end that
+            is to hold comes to a stop.
+        corner_weight: of the corners' velocities along the ground, s^2/m^2.
+        ground_weight: of their vertical velocities, s^2/m^2; keeps the ends flat on the ground.
+        middle_weight: of the middle's vertical velocity, s^2/m^2.
+        activation: cost of effort and change. The effort spreads a contraction over the body: with
+            little of it the segments nearest to the moving end, which answer first, do it all.
+    """
+
+    stride: float = 0.12
+    arch: float = 0.0
+    pull_time: float = 0.6
+    push_time: float = 0.6
+    follow: float = 10.0
+    corner_weight: float = 0.05
+    ground_weight: float = 0.05
+    middle_weight: float = 0.1
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=1.0, change=20.0)
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("pull_time", "push_time", "follow"),
+            not_negative=("corner_weight", "ground_weight", "middle_weight"),
+            finite=("stride", "arch"),
+        )
+        checks.instance("CrawlGains.activation", self.activation, ActivationCost)
+
+
+class Crawl:
+    """Moves the four corners of a lying body along trajectories that repeat, and its middle.
+
+    Every phase begins from where the holding end is, and how fast it still moves, so that slipping
+    does not add up; the way across and the height are those of the start. The plan counts on no
+    friction below the end on its way: where it is planned to stick it stays, as freeing it takes
+    changes of several contacts at once.
+    """
+
+    def __init__(
+        self,
+        gains: CrawlGains | None = None,
+        *,
+        start: float = 0.5,
+        resting: tuple[int, ...] = (),
+    ) -> None:
+        """Crawl along +x from ``start`` s on, over and over, without the ``resting`` segments."""
+        self._resting = segments("resting of Crawl", resting)
+        self._gains = checks.optional("gains of Crawl", gains, CrawlGains)
+        self.phase = CrawlPhase.REST
+        self._since = 0.0
+        self._lasts = checks.number("start of Crawl", start, above=0.0, unit="s")
+        self._home: dict[str, FloatArray] = {}
+        self._goals: dict[str, float] = {}
+        self._way = (0.0, 0.0)
+        self._length = 0.0
+
+    def goals(self, view: BodyView) -> Goals:
+        """Objectives of the step from ``view`` on."""
+        view = seen(view)
+        if not self._home:
+            self._home = {name: _mean(view, view.positions, name) for name in (*TAIL, *HEAD)}
+            self._stop(view, (*TAIL, *HEAD))
+            self._length = self._end(HEAD) - self._end(TAIL)
+        if view.time - self._since >= self._lasts - 1e-9:
+            self._advance(view)
+        share, rate, _ = smooth_step((view.time - self._since) / self._lasts)
+        rate /= self._lasts
+        corners = self._corners(view, share, rate)
+        return Goals(
+            objectives=(*corners, self._middle(view, share, rate)),
+            patches=self._patches(view),
+            activation=self._gains.activation,
+            resting=self._resting,
+        )
+
+    def _advance(self, view: BodyView) -> None:
+        """Go on to the next phase."""
+        g = self._gains
+        self._since += self._lasts
+        if self.phase is CrawlPhase.PULL:
+            self.phase, self._lasts = CrawlPhase.PUSH, g.push_time
+            self._stop(view, TAIL)
+            begin = self._end(TAIL) + self._length - g.stride
+        else:
+            self.phase, self._lasts = CrawlPhase.PULL, g.pull_time
+            self._stop(view, HEAD)
+            begin = self._end(HEAD) - self._length
+        self._way = (begin, begin + g.stride)
+
+    def _stop(self, view: BodyView, names: tuple[str, ...]) -> None:
+        """Hold corners where they come to rest if their speed decays from now on."""
+        for name in names:
+            glide = _mean(view, view.velocities, name) / self._gains.follow
+            self._goals[name] = float((_mean(view, view.positions, name) + glide)[0])
+
+    def _end(self, names: tuple[str, ...]) -> float:
+        """Where an end is to be along x, m."""
+        return sum(self._goals[name] for name in names) / len(names)
+
+    def _patches(self, view: BodyView) -> tuple[Patch, ...]:
+        """The parts of the belly, of which that of the end on its way slips."""
+        patches = list(ground_patches(view, BELLY_PATCHES))
+        if patches and self.phase is not CrawlPhase.REST:
+            end = 0 if self.phase is CrawlPhase.PULL else -1
+            patches[end] = replace(patches[end], slips=True)
+        return tuple(patches)
+
+    def _corners(self, view: BodyView, share: float, rate: float) -> list[Objective]:
+        """Trajectories of the four corners: one end holds, the other follows."""
+        moving = {CrawlPhase.REST: (), CrawlPhase.PULL: TAIL, CrawlPhase.PUSH: HEAD}[self.phase]
+        begin, end = self._way
+        for name in moving:
+            self._goals[name] = begin + share * (end - begin)
+        speed = rate * (end - begin)
+        return [
+            self._corner(view, name, speed if name in moving else 0.0) for name in (*TAIL, *HEAD)
+        ]
+
+    def _corner(self, view: BodyView, name: str, speed: float) -> Objective:
+        g = self._gains
+        weights = _weights(view, (name,))
+        goal = np.array([self._goals[name], *self._home[name][1:]])
+        way = np.array([speed, 0.0, 0.0]) + g.follow * (goal - weights @ view.positions)
+        cost = np.array([g.corner_weight, g.corner_weight, g.ground_weight])
+        return objectives.velocity(view, weights, way, cost * USUAL_STEP / view.time_step)
+
+    def _middle(self, view: BodyView, share: float, rate: float) -> Objective:
+        """Up while the ends come together, down while they part."""
+        g = self._gains
+        weights = _weights(view, MIDDLE)
+        height, climb = {
+            CrawlPhase.REST: (0.0, 0.0),
+            CrawlPhase.PULL: (g.arch * share, g.arch * rate),
+            CrawlPhase.PUSH: (g.arch * (1.0 - share), -g.arch * rate),
+        }[self.phase]
+        miss = height - weights @ view.positions[:, 2]
+        return Objective(
+            name="middle",
+            rows=objectives.mean_rows(view, weights)[2:],
+            target=np.array([climb + g.follow * miss]),
+            weight=np.array([g.middle_weight * USUAL_STEP / view.time_step]),
+        )
+
+
+def _mean(view: BodyView, values: FloatArray, region: str) -> FloatArray:
+    return np.asarray(values[view.scene.character.region(region)].mean(axis=0))
+
+
+def _weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
+    """Nodal weights (n,) of the mean of some regions."""
+    weights = np.zeros(view.node_count)
+    for name in regions:
+        weights[view.scene.character.region(name)] = 1.0
+    weights /= weights.sum()
+    return weights

@@ -1,0 +1,134 @@
+"""Exercise: the centre of mass follows a path while the feet stay (docs/method.md section 4)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.view import BodyView
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sway:
+    """A sine along x that grows at the start and dies away after a number of periods.
+
+    Attributes:
+        amplitude: m.
+        period: s.
+        periods: how many.
+        ease: s, over which it grows, and dies away.
+    """
+
+    amplitude: float = 0.1
+    period: float = 2.0
+    periods: float = 4.0
+    ease: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Refuse a path that is not one."""
+        checks.settle(self, positive=("period", "periods", "ease"), finite=("amplitude",))
+
+    def at(self, time: float) -> FloatArray:
+        """Place, velocity and acceleration along x at a time from its start: m, m/s, m/s^2."""
+        rate = 2.0 * math.pi / self.period
+        sine, cosine = math.sin(rate * time), math.cos(rate * time)
+        wave = self.amplitude * np.array([sine, rate * cosine, -(rate**2) * sine])
+        end = self.period * self.periods
+        size = smooth_step(time / self.ease) - smooth_step((time - end) / self.ease)
+        size *= np.array([1.0, 1.0 / self.ease, 1.0 / self.ease**2])
+        return np.array(
+            [
+                size[0] * wave[0],
+                size[0] * wave[1] + size[1] * wave[0],
+                size[0] * wave[2] + 2.0 * size[1] * wave[1] + size[2] * wave[0],
+            ]
+        )
+
+
+def smooth_step(place: float) -> FloatArray:
+    """From 0 to 1 over the unit interval, with its first two derivatives, all continuous."""
+    s = min(max(place, 0.0), 1.0)
+    return np.array(
+        [
+            s**3 * (10.0 - 15.0 * s + 6.0 * s**2),
+            30.0 * s**2 * (1.0 - s) ** 2,
+            60.0 * s * (1.0 - s) * (1.0 - 2.0 * s),
+        ]
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExerciseGains:
+    """Gains and weights of following a path.
+
+    Attributes:
+        position: Kp, 1/s^2, of the distance from the path.
+        velocity: Kd, 1/s, of the difference from the path's velocity.
+        spin: 1/s, decay of angular momentum.
+        momentum_weight: of the linear momentum, in units of m g dt.
+        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        activation: cost of effort and change.
+    """
+
+    position: float = 200.0
+    velocity: float = 25.0
+    spin: float = 8.0
+    momentum_weight: float = 1.0
+    spin_weight: float = 30.0
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.3, change=4.0)
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        weights = ("momentum_weight", "spin_weight")
+        checks.settle(self, not_negative=("position", "velocity", "spin", *weights))
+        checks.instance("ExerciseGains.activation", self.activation, ActivationCost)
+
+
+class Exercise:
+    """Moves the centre of mass along a path from where it is in the first step."""
+
+    def __init__(
+        self,
+        gains: ExerciseGains | None = None,
+        *,
+        path: Sway | None = None,
+        start: float = 0.5,
+        patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
+    ) -> None:
+        """Follow the path from ``start`` seconds on, thinking of the ground through patches."""
+        self._gains = checks.optional("gains of Exercise", gains, ExerciseGains)
+        self._path = checks.optional("path of Exercise", path, Sway)
+        self._start = checks.number("start of Exercise", start, low=0.0, unit="s")
+        self._patches = input_kinds.names("patches of Exercise", patches)
+        self._origin: FloatArray | None = None
+
+    def goals(self, view: BodyView) -> Goals:
+        """Objectives of the step from ``view`` on."""
+        g, view = self._gains, seen(view)
+        if self._origin is None:
+            self._origin = view.center_of_mass
+        # What is chosen now acts until the end of the step, so the path is compared there.
+        path = np.zeros((3, 3))
+        path[:, 0] = self._path.at(view.time + view.time_step - self._start)
+        place, velocity, acceleration = path
+        expected = view.center_of_mass + view.time_step * velocity
+        pull = g.position * (self._origin + place - expected)
+        rate = view.mass * (acceleration + pull + g.velocity * velocity)
+        rate -= g.velocity * view.linear_momentum
+        return Goals(
+            objectives=(
+                objectives.linear_momentum(view, rate, g.momentum_weight),
+                objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
+            ),
+            patches=ground_patches(view, self._patches),
+            activation=g.activation,
+        )

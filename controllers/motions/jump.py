@@ -1,0 +1,238 @@
+"""Jumps: crouch, push off, fly, land (docs/method.md section 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.balance import Balance, BalanceGains
+from warp_softbody.controllers.objectives import Objective
+from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.view import BodyView
+
+Vector = tuple[float, float, float]
+
+BASE_PATCHES = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3")
+
+
+class Phase(Enum):
+    """What a jumper is doing."""
+
+    STAND = "stand"
+    CROUCH = "crouch"
+    PUSH = "push"
+    FLY = "fly"
+    LAND = "land"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JumpGains:
+    """Gains, weights and timing of a jump.
+
+    Attributes:
+        depth: m, how far the centre of mass is lowered before the jump.
+        lean: (x, y) m, how far it is shifted from the middle of the base meanwhile.
+        pitch: rad, by which the body is tipped forward meanwhile.
+        wind: rad, by which it is turned about the vertical meanwhile.
+        crouch_time: s.
+        launch: m/s, wanted velocity of the centre of mass at take-off.
+        push: 1/s, how fast momentum is to come near that of the launch.
+        rise: s, in which the wanted velocity comes up to that of the launch; 0 for at once.
+        push_time: s, longest push; then the jump counts as failed and the body balances.
+        position: Kp, 1/s^2, of the centre of mass while crouching.
+        velocity: Kd, 1/s, of the same.
+        spin: 1/s, decay of angular momentum.
+        turn: m g times 1 m, rate of angular momentum about the vertical wanted in the push.
+        momentum_weight: of the linear momentum, in units of m g dt.
+        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        reach: (x, y, z) m, base relative to the centre of mass wanted in the air; z below.
+        reach_rate: 1/s, how fast it is to come there.
+        reach_weight: of that velocity, s^2/m^2.
+        rest_time: s between landing and the next jump.
+        activation: cost of effort and change while jumping.
+        landing: gains of the balance before and after it.
+        ease: by how much more than one a change costs at landing, as a factor.
+        ease_time: s, after which it costs as usual.
+    """
+
+    depth: float = 0.12
+    lean: tuple[float, float] = (0.0, 0.0)
+    pitch: float = 0.0
+    wind: float = 0.0
+    crouch_time: float = 0.5
+    launch: Vector = (0.0, 0.0, 2.0)
+    push: float = 20.0
+    rise: float = 0.0
+    push_time: float = 0.5
+    position: float = 45.0
+    velocity: float = 9.0
+    spin: float = 8.0
+    turn: float = 0.0
+    momentum_weight: float = 1.0
+    spin_weight: float = 20.0
+    reach: Vector = (0.0, 0.0, -0.49)
+    reach_rate: float = 8.0
+    reach_weight: float = 1.0
+    rest_time: float = 1.0
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.015, change=0.2)
+    )
+    landing: BalanceGains = field(default_factory=BalanceGains)
+    ease: float = 0.0
+    ease_time: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("crouch_time", "push_time"),
+            not_negative=(
+                *("push", "rise", "position", "velocity", "spin", "reach_rate"),
+                *("momentum_weight", "spin_weight", "reach_weight"),
+                *("rest_time", "ease", "ease_time"),
+            ),
+            finite=("depth", "pitch", "wind", "turn"),
+            vectors=("launch", "reach"),
+        )
+        checks.keep(self, lean=checks.vector("JumpGains.lean", self.lean, 2, unit="m"))
+        checks.instance("JumpGains.activation", self.activation, ActivationCost)
+        checks.instance("JumpGains.landing", self.landing, BalanceGains)
+
+
+class Jump:
+    """Jumps a number of times and keeps its balance before, between and after."""
+
+    def __init__(
+        self,
+        gains: JumpGains | None = None,
+        *,
+        jumps: int = 1,
+        start: float = 0.5,
+        base: str = "base",
+        patches: tuple[str, ...] = BASE_PATCHES,
+    ) -> None:
+        """Jump from a base region, ``start`` seconds after the run begins."""
+        self._gains = checks.optional("gains of Jump", gains, JumpGains)
+        self._jumps = checks.whole("jumps of Jump", jumps)
+        self._base = input_kinds.name("base of Jump", base)
+        self._patches = input_kinds.names("patches of Jump", patches)
+        self._balance = Balance(self._gains.landing, base=base, patches=patches)
+        self.phase = Phase.STAND
+        self._since = 0.0
+        self._wait = checks.number("start of Jump", start, low=0.0, unit="s")
+        self._done = 0
+        self._height: float | None = None
+
+    def goals(self, view: BodyView) -> Goals:
+        """Objectives of the step from ``view`` on."""
+        view = seen(view)
+        base = view.positions[view.scene.character.region(self._base)].mean(axis=0)
+        if self._height is None:
+            self._height = float(view.center_of_mass[2] - base[2])
+        self._advance(view)
+        if self.phase is Phase.CROUCH:
+            return self._wanted(view, self._crouch(view, base), grounded=True)
+        if self.phase is Phase.PUSH:
+            return self._wanted(view, self._push(view), grounded=True)
+        if self.phase is Phase.FLY:
+            return self._wanted(view, self._fly(view), grounded=False)
+        goals = self._balance.goals(view)
+        return replace(goals, activation=self._eased(view.time, goals.activation))
+
+    def _eased(self, time: float, usual: ActivationCost) -> ActivationCost:
+        g, elapsed = self._gains, time - self._since
+        if self.phase is not Phase.LAND or elapsed >= g.ease_time:
+            return usual
+        left = 1.0 - elapsed / g.ease_time
+        return replace(usual, change=usual.change * (1.0 + g.ease * left**2))
+
+    def _advance(self, view: BodyView) -> None:
+        g, elapsed = self._gains, view.time - self._since
+        airborne = not view.touching.any()
+        if self.phase in (Phase.STAND, Phase.LAND):
+            if elapsed >= self._wait and self._done < self._jumps:
+                self._enter(Phase.CROUCH, view)
+        elif self.phase is Phase.CROUCH:
+            if elapsed >= g.crouch_time:
+                self._enter(Phase.PUSH, view)
+        elif self.phase is Phase.PUSH:
+            if airborne:
+                self._enter(Phase.FLY, view)
+            elif elapsed >= g.push_time:
+                self._land(view)
+        elif not airborne and view.linear_momentum[2] < 0.0:
+            self._land(view)
+
+    def _enter(self, phase: Phase, view: BodyView) -> None:
+        self.phase = phase
+        self._since = view.time
+
+    def _land(self, view: BodyView) -> None:
+        self._enter(Phase.LAND, view)
+        self._wait = self._gains.rest_time
+        self._done += 1
+
+    def _wanted(self, view: BodyView, wanted: tuple[Objective, ...], *, grounded: bool) -> Goals:
+        patches = ground_patches(view, self._patches) if grounded else ()
+        return Goals(objectives=wanted, patches=patches, activation=self._gains.activation)
+
+    def _crouch(self, view: BodyView, base: FloatArray) -> tuple[Objective, ...]:
+        """The centre of mass goes down and ahead on a planned way."""
+        g = self._gains
+        assert self._height is not None
+        step, rate, bend = smooth_step((view.time - self._since) / g.crouch_time)
+        rate, bend = rate / g.crouch_time, bend / g.crouch_time**2
+        way = np.array([*g.lean, -g.depth])
+        goal = base + np.array([0.0, 0.0, self._height]) + step * way
+        pull = bend * way + g.position * (goal - view.center_of_mass)
+        linear = view.mass * (pull + g.velocity * rate * way) - g.velocity * view.linear_momentum
+        turning = _inertias(view) * np.array([0.0, g.pitch, g.wind])
+        angular = turning * (bend + g.spin * rate) - g.spin * view.angular_momentum
+        return self._momenta(view, linear, angular)
+
+    def _push(self, view: BodyView) -> tuple[Objective, ...]:
+        g = self._gains
+        share = (view.time - self._since) / g.rise if g.rise > 0.0 else 1.0
+        step, rate, _ = smooth_step(share)
+        launch = view.mass * np.array(g.launch)
+        hastening = rate / g.rise * launch if g.rise > 0.0 else 0.0
+        momentum = hastening + g.push * (step * launch - view.linear_momentum)
+        spin = -g.spin * view.angular_momentum
+        spin[2] = step * g.turn * view.weight
+        return self._momenta(view, momentum, spin)
+
+    def _momenta(
+        self, view: BodyView, linear: FloatArray, angular: FloatArray
+    ) -> tuple[Objective, ...]:
+        g = self._gains
+        return (
+            objectives.linear_momentum(view, linear, g.momentum_weight),
+            objectives.angular_momentum(view, angular, g.spin_weight),
+        )
+
+    def _fly(self, view: BodyView) -> tuple[Objective, ...]:
+        g = self._gains
+        nodes = view.scene.character.region(self._base)
+        weights = -view.masses / view.mass
+        weights[nodes] += 1.0 / len(nodes)
+        way = g.reach_rate * (np.array(g.reach) - weights @ view.positions)
+        return (objectives.velocity(view, weights, way, g.reach_weight),)
+
+
+def smooth_step(share: float) -> tuple[float, float, float]:
+    """A way from 0 to 1 that begins and ends at rest, without acceleration; its two derivatives."""
+    t = min(max(share, 0.0), 1.0)
+    step = t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
+    return step, 30.0 * t**2 * (1.0 - t) ** 2, 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t)
+
+
+def _inertias(view: BodyView) -> FloatArray:
+    """(3,) kg m^2: moments of inertia about the axes through the centre of mass."""
+    squares = (view.positions - view.center_of_mass) ** 2
+    return np.asarray(view.masses @ (squares.sum(axis=1, keepdims=True) - squares))

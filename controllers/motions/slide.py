@@ -1,0 +1,131 @@
+"""Sliding under a pull: lean against it, on whatever base the ground allows (docs/method.md 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.view import BodyView
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlideGains:
+    """Gains and weights of leaning against a pull that is not known.
+
+    Only the turning is controlled: on a floor that slips linear momentum is the ground's to give,
+    and a plan that asks for it presses and lifts the foot in turn for more friction.
+
+    Attributes:
+        tilt: 1/s^2, of the tilt from the one wanted, and of the heading from that at rest.
+        spin: 1/s, decay of angular momentum.
+        learning: 1/s^3, how fast the torque of the pull is learnt from the tilt that is left.
+        lean: share of the learnt torque that the weight of the leaning body is to balance.
+        furthest: m, bound on how far the centre of mass leans.
+        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        activation: cost of effort and change.
+    """
+
+    tilt: float = 140.0
+    spin: float = 20.0
+    learning: float = 200.0
+    lean: float = 0.6
+    furthest: float = 0.12
+    spin_weight: float = 30.0
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.4, change=12.0)
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        limits = ("tilt", "spin", "learning", "furthest", "spin_weight")
+        checks.settle(self, not_negative=limits, finite=("lean",))
+        checks.instance("SlideGains.activation", self.activation, ActivationCost)
+
+
+class Slide:
+    """Keeps upright on a base that slides, and leans against what pulls."""
+
+    def __init__(
+        self,
+        gains: SlideGains | None = None,
+        *,
+        start: float = 0.0,
+        base: str = "base",
+        head: str = "head",
+        patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
+    ) -> None:
+        """Slack until ``start`` seconds; tilt is measured from ``base`` to ``head``."""
+        self._gains = checks.optional("gains of Slide", gains, SlideGains)
+        self._start = checks.number("start of Slide", start, low=0.0, unit="s")
+        self._base = input_kinds.name("base of Slide", base)
+        self._head = input_kinds.name("head of Slide", head)
+        self._patches = input_kinds.names("patches of Slide", patches)
+        self._torque = np.zeros(3)
+
+    def goals(self, view: BodyView) -> Goals | None:
+        """Objectives of the step from ``view`` on; None before the start."""
+        view = seen(view)
+        if view.time < self._start:
+            return None
+        g = self._gains
+        ahead = self._lean(view)
+        tilt = self._tilt(view) + np.array([-ahead[1], ahead[0], 0.0]) / self._rest_height(view)
+        turned = _inertia(view) @ tilt
+        self._torque += view.time_step * g.learning * turned
+        turn = -g.spin * view.angular_momentum - g.tilt * turned - self._torque
+        return Goals(
+            objectives=(objectives.angular_momentum(view, turn, g.spin_weight),),
+            patches=ground_patches(view, self._patches),
+            activation=g.activation,
+        )
+
+    def _lean(self, view: BodyView) -> FloatArray:
+        """How far (m) the centre of mass is wanted behind the base, against the learnt torque."""
+        g = self._gains
+        ahead = (
+            g.lean / objectives.weight_of(view) * np.array([self._torque[1], -self._torque[0], 0.0])
+        )
+        size = float(np.linalg.norm(ahead))
+        return np.asarray(ahead * min(1.0, g.furthest / size) if size > 0.0 else ahead)
+
+    def _tilt(self, view: BodyView) -> FloatArray:
+        """Sines of the angles about x and y by which head over base has turned, and heading."""
+        heading = _heading(view)
+        cosine, sine = np.cos(heading), np.sin(heading)
+        turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        rest = turn @ self._upward(view, view.scene.character.mesh.points)
+        tilt = np.cross(rest, self._upward(view, view.positions))
+        tilt[2] = heading
+        return tilt
+
+    def _upward(self, view: BodyView, points: FloatArray) -> FloatArray:
+        head, base = (view.scene.character.region(name) for name in (self._head, self._base))
+        way = points[head].mean(axis=0) - points[base].mean(axis=0)
+        return np.asarray(way / np.linalg.norm(way))
+
+    def _rest_height(self, view: BodyView) -> float:
+        """Of the centre of mass above the base, m."""
+        rest = view.scene.character.mesh.points[:, 2]
+        base = view.scene.character.region(self._base)
+        return float(view.masses @ rest / view.mass - rest[base].mean())
+
+
+def _heading(view: BodyView) -> float:
+    """Angle (rad) about z by which the body has turned since rest, seen from above."""
+    rest = view.scene.character.mesh.points
+    rest = rest - view.masses @ rest / view.mass
+    moments = (rest * view.masses[:, None]).T @ (view.positions - view.center_of_mass)
+    return float(np.arctan2(moments[0, 1] - moments[1, 0], moments[0, 0] + moments[1, 1]))
+
+
+def _inertia(view: BodyView) -> FloatArray:
+    """Moments of inertia about the centre of mass, (3, 3) kg m^2."""
+    arms = view.positions - view.center_of_mass
+    products = (arms * view.masses[:, None]).T @ arms
+    return np.asarray(np.trace(products) * np.eye(3) - products)

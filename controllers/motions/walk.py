@@ -1,0 +1,260 @@
+"""Walking: feet swung in turn while the body goes on over the others (docs/method.md section 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers import objectives
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.objectives import Objective
+from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.view import BodyView
+
+Gait = tuple[tuple[int, ...], ...]
+
+FEET = ("foot_0", "foot_1", "foot_2", "foot_3")
+
+ONE_BY_ONE: Gait = ((3,), (0,), (1,), (2,))
+"""A fore foot, the hind foot across from it, then the other two: the creep of four-footed animals.
+It begins with a fore foot: a hind foot that is lifted out of the first stance takes the fore foot
+across from it along."""
+
+DIAGONAL_PAIRS: Gait = ((0, 3), (1, 2))
+"""A trot without flight."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkGains:
+    """Gains, weights and timing of walking along x.
+
+    Attributes:
+        stride: m, that the body goes on while every foot is swung once.
+        swing: s, from one lift-off to the next.
+        lift: m, height of a swung foot's lowest node halfway.
+        touch_down: share of the swing in which the plan counts on the ground below the foot again.
+        sway: how far the centre of mass is moved away from the feet that are about to lift off, as
+            a share of its distance from their middle.
+        leash: m, how far the plan may run ahead of the body.
+        position: Kp, 1/s^2, of the centre of mass.
+        velocity: Kd, 1/s, of the same.
+        spin: 1/s, decay of angular momentum.
+        momentum_weight: of the linear momentum, in units of m g dt.
+        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        foot_position: 1/s, how fast a swung foot comes back to its path.
+        foot_velocity: 1/s, how fast its velocity comes near the one that is wanted.
+        foot_weight: of a swung foot's velocity, in units of g dt.
+        activation: cost of effort and change.
+        ease: by how much more than one a change costs at lift-off, as a factor, so that the other
+            feet take over the load in several steps.
+        ease_time: share of the swing after which it costs as usual.
+    """
+
+    stride: float = 0.34
+    swing: float = 0.64
+    lift: float = 0.045
+    touch_down: float = 0.25
+    sway: float = 0.22
+    leash: float = 0.25
+    position: float = 90.0
+    velocity: float = 12.0
+    spin: float = 6.0
+    momentum_weight: float = 0.0025
+    spin_weight: float = 0.06
+    foot_position: float = 10.0
+    foot_velocity: float = 30.0
+    foot_weight: float = 0.001
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.08, change=3.0)
+    )
+    ease: float = 9.0
+    ease_time: float = 0.25
+
+    def __post_init__(self) -> None:
+        """Refuse gains that are none."""
+        checks.settle(
+            self,
+            positive=("swing",),
+            not_negative=(
+                *("lift", "touch_down", "leash", "position", "velocity", "spin"),
+                *("momentum_weight", "spin_weight", "foot_position", "foot_velocity"),
+                *("foot_weight", "ease", "ease_time"),
+            ),
+            finite=("stride", "sway"),
+        )
+        checks.instance("WalkGains.activation", self.activation, ActivationCost)
+
+
+class Walk:
+    """Walks along x, on level ground, for as long as it is asked."""
+
+    def __init__(
+        self,
+        gains: WalkGains | None = None,
+        *,
+        gait: Gait,
+        start: float = 0.3,
+        feet: tuple[str, ...] = FEET,
+    ) -> None:
+        """Lift the feet of each entry of ``gait`` in turn, from ``start`` seconds on."""
+        self._gains = checks.optional("gains of Walk", gains, WalkGains)
+        self._feet = feet = input_kinds.names("feet of Walk", feet)
+        self._gait = _checked_gait(gait, len(feet))
+        self._start = checks.number("start of Walk", start, low=0.0, unit="s")
+        self._origin = np.zeros(3)
+        self._home: FloatArray | None = None
+        self._left = np.zeros((len(feet), 3))
+        self._phase = -1
+
+    def goals(self, view: BodyView) -> Goals:
+        """Objectives of the step from ``view`` on."""
+        g, view = self._gains, seen(view)
+        feet = _FeetNow(view, self._feet)
+        home = self._stand(view, feet)
+        phase, share = self._time(view.time)
+        if phase != self._phase:
+            self._phase, self._left = phase, feet.lowest
+        swung = self._swung(phase)
+        wanted = [*self._body(view, home, phase, share)]
+        for foot in swung:
+            wanted.append(self._foot(view, feet, foot, *self._path(home, foot, phase, share)))
+        landing = share > 1.0 - g.touch_down
+        down = [name for i, name in enumerate(self._feet) if landing or i not in swung]
+        return Goals(
+            objectives=tuple(wanted),
+            patches=ground_patches(view, tuple(down)),
+            activation=self._activation(phase, share),
+        )
+
+    def _stand(self, view: BodyView, feet: _FeetNow) -> FloatArray:
+        """Places of the feet relative to the centre of mass, as they were at first."""
+        if self._home is None:
+            self._origin = view.center_of_mass.copy()
+            self._home = feet.lowest - self._origin
+        return self._home
+
+    def _time(self, time: float) -> tuple[int, float]:
+        """Number of the swing, -1 before the first, and the share of it that is over."""
+        since = time - self._start
+        if since < 0.0:
+            return -1, time / self._start
+        phase = int(since / self._gains.swing)
+        return phase, since / self._gains.swing - phase
+
+    def _swung(self, phase: int) -> tuple[int, ...]:
+        return self._gait[phase % len(self._gait)] if phase >= 0 else ()
+
+    def _way(self, phase: int, share: float) -> tuple[float, float]:
+        """How far along x the plan has come, m, and its speed, m/s; it starts within a cycle."""
+        g, count = self._gains, len(self._gait)
+        speed = g.stride / (count * g.swing)
+        cycles = max(0.0, (phase + share) / count)
+        if cycles < 1.0:
+            return g.stride * cycles**2 / 2.0, speed * cycles
+        return g.stride * (cycles - 0.5), speed
+
+    def _body(
+        self, view: BodyView, home: FloatArray, phase: int, share: float
+    ) -> tuple[Objective, Objective]:
+        """The centre of mass goes on and sways away from the feet that lift off; no turning."""
+        g = self._gains
+        way, speed = self._way(phase, share)
+        before, after = self._away(home, phase), self._away(home, phase + 1)
+        step, rate = _smooth(share)
+        seconds = g.swing if phase >= 0 else self._start
+        goal = self._origin + np.array([way, 0.0, 0.0]) + before + step * (after - before)
+        moving = np.array([speed, 0.0, 0.0]) + rate / seconds * (after - before)
+        self._origin += self._slack(view, goal)
+        pull = view.mass * g.position * (goal - view.center_of_mass)
+        rate_of_momentum = pull + g.velocity * (view.mass * moving - view.linear_momentum)
+        return (
+            objectives.linear_momentum(view, rate_of_momentum, g.momentum_weight),
+            objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
+        )
+
+    def _away(self, home: FloatArray, phase: int) -> FloatArray:
+        """Where the centre of mass is wanted, from its usual place, when a swing begins."""
+        swung = self._swung(phase)
+        if not swung:
+            return np.zeros(3)
+        x, y, _ = -self._gains.sway * home[list(swung)].mean(axis=0)
+        return np.array([x, y, 0.0])
+
+    def _slack(self, view: BodyView, goal: FloatArray) -> FloatArray:
+        """What takes the plan back to the body where that has slipped or was pushed away."""
+        behind = view.center_of_mass - goal
+        behind[2] = 0.0
+        far = float(np.linalg.norm(behind))
+        return np.asarray(behind * max(0.0, 1.0 - self._gains.leash / max(far, 1e-9)))
+
+    def _path(
+        self, home: FloatArray, foot: int, phase: int, share: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Place, m, and velocity, m/s, of a swung foot: mean x and y, z of its lowest node."""
+        g, count = self._gains, len(self._gait)
+        begin, end = self._left[foot], self._origin + home[foot]
+        # It will stand while the body goes this way, so it is set down half of that ahead.
+        end[0] += self._way(phase + 1, 0.0)[0] + 0.5 * g.stride * (count - 1) / count
+        step, rate = _smooth(share)
+        place, speed = begin + step * (end - begin), rate * (end - begin)
+        up, climb = _smooth(min(2.0 * share, 2.0 - 2.0 * share))
+        place[2] += g.lift * up
+        speed[2] += g.lift * climb * (2.0 if share < 0.5 else -2.0)
+        return place, speed / g.swing
+
+    def _foot(
+        self, view: BodyView, feet: _FeetNow, foot: int, place: FloatArray, speed: FloatArray
+    ) -> Objective:
+        """A swung foot keeps to its path."""
+        g, weights = self._gains, feet.weights[foot]
+        now = weights @ view.velocities
+        way = speed + g.foot_position * (place - feet.lowest[foot])
+        soon = now + view.time_step * g.foot_velocity * (way - now)
+        unit = objectives.weight_of(view) / view.mass * view.time_step
+        return objectives.velocity(view, weights, soon, g.foot_weight / unit**2)
+
+    def _activation(self, phase: int, share: float) -> ActivationCost:
+        g = self._gains
+        if phase < 0 or share >= g.ease_time:
+            return g.activation
+        left = 1.0 - share / g.ease_time
+        return replace(g.activation, change=g.activation.change * (1.0 + g.ease * left**2))
+
+
+class _FeetNow:
+    """Feet as they are in a step.
+
+    Attributes:
+        weights: (feet, n), nodal weights of their means.
+        lowest: (feet, 3) m, their mean x and y, and z of their lowest nodes.
+    """
+
+    def __init__(self, view: BodyView, names: tuple[str, ...]) -> None:
+        regions = [view.scene.character.region(name) for name in names]
+        self.weights = np.zeros((len(names), view.node_count))
+        for row, nodes in zip(self.weights, regions, strict=True):
+            row[nodes] = 1.0 / len(nodes)
+        self.lowest = self.weights @ view.positions
+        self.lowest[:, 2] = [view.positions[nodes, 2].min() for nodes in regions]
+
+
+def _checked_gait(gait: object, feet: int) -> Gait:
+    """Which feet are swung together, one entry after the other."""
+    wanted = f"a tuple of tuples of feet from 0 to {feet - 1}"
+    entries = checks.several("gait of Walk", gait, wanted)
+    if not entries:
+        checks.refuse("gait of Walk", wanted, gait)
+    swings = [checks.several("a swing in the gait of Walk", entry, wanted) for entry in entries]
+    return tuple(
+        tuple(checks.whole("a foot in the gait of Walk", foot, high=feet - 1) for foot in swing)
+        for swing in swings
+    )
+
+
+def _smooth(share: float) -> tuple[float, float]:
+    """A way from 0 to 1 that begins and ends without speed and acceleration, and its speed."""
+    step = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    return step, 30.0 * share**2 * (1.0 - share) ** 2

@@ -1,0 +1,1 @@
+"""Convex quadratic programs, solved by DAQP or PIQP."""

@@ -1,0 +1,1 @@
+"""Quadratic programs with complementarity constraints, usable on their own."""

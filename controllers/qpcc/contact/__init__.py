@@ -1,0 +1,1 @@
+"""The contact QPCC of one control step."""

@@ -1,0 +1,170 @@
+"""The pieces of several contacts as padded arrays; what each means is said in ``pieces``.
+
+Built for all contacts at once, since directional friction changes them in every step.
+"""
+
+from __future__ import annotations
+
+import itertools
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from warp_softbody.arrays import BoolArray, FloatArray
+
+FIRST_SLIDE = 2
+"""Lift and stick come first."""
+
+COLLINEAR = 1e-12
+"""Twice the area of a triangle, over the square of the farthest corner's distance, up to which its
+middle corner lies on the line between the others."""
+
+
+class Shapes(NamedTuple):
+    """As in ``PieceTable``; ``equality`` (K, M, 3, 6) holds the rows that vanish on a piece."""
+
+    basis: FloatArray
+    still: FloatArray
+    rows: FloatArray
+    used: BoolArray
+    equality: FloatArray
+    rays: FloatArray
+
+
+def frictional_shapes(radius: FloatArray, directions: bytes) -> Shapes:
+    """All pieces of contacts whose friction cones have corners (1, radius d_j), radius (K, m)."""
+    plane = np.frombuffer(directions).reshape(-1, 2)
+    k, m = radius.shape
+    shapes = repeated(_constant(directions), k)
+    corners = np.empty((k, m, 3))
+    corners[:, :, 0] = 1.0
+    np.multiply(radius[:, :, None], plane, out=corners[:, :, 1:])
+    following = (np.arange(m) + 1) % m
+    others = corners[:, following]
+    rays, normals = _unit(corners), _cross(corners, others)
+    slide, edge = slice(FIRST_SLIDE, FIRST_SLIDE + m), slice(FIRST_SLIDE + m, None)
+    shapes.basis[:, slide, :, 0] = shapes.basis[:, edge, :, 0] = corners
+    shapes.basis[:, edge, :, 1] = others
+    # A turn of a ray in its vertical plane.
+    shapes.equality[:, slide, 0, 0] = -radius * rays[:, :, 0]
+    shapes.equality[:, slide, 0, 1:3] = plane * rays[:, :, :1]
+    shapes.equality[:, edge, 0, :3] = _unit(normals)
+    # Of a force between two corners, the share of either: zero at the other one.
+    shapes.rows[:, edge, 0, :3] = _unit(_cross(others, normals))
+    shapes.rows[:, edge, 1, :3] = _unit(_cross(normals, corners))
+    shapes.rays[:, 1, :m, :3] = shapes.rays[:, slide, 0, :3] = shapes.rays[:, edge, 0, :3] = rays
+    shapes.rays[:, edge, 1, :3] = rays[:, following]
+    _fill_facets(shapes, corners)
+    return shapes
+
+
+def frictionless_shapes(count: int, directions: bytes) -> Shapes:
+    """The pieces of contacts without friction: lift, and slide 0 in place of all others."""
+    shapes = repeated(_constant(directions), count)
+    axes = np.eye(3)
+    for part in shapes:
+        part[:, 1:] = 0
+    shapes.basis[:, 1:, :, 0] = shapes.still[:, 1:, 0] = axes[0]
+    shapes.rows[:, 1:, 0, :3] = axes[0]
+    shapes.used[:, 1:, 0] = True
+    shapes.equality[:, 1:, :2, :3], shapes.equality[:, 1:, 2, 3:] = axes[1:], axes[0]
+    shapes.rays[:, 1:, 0, :3], shapes.rays[:, 1:, 1:5, 3:] = axes[0], _plane_rays()
+    return shapes
+
+
+def repeated(shapes: Shapes, count: int) -> Shapes:
+    """The same pieces for ``count`` contacts, with a first axis for these."""
+    copies: list[Any] = [np.repeat(part[None], count, axis=0) for part in shapes]
+    return Shapes(*copies)
+
+
+@lru_cache(maxsize=8)
+def _constant(directions: bytes) -> Shapes:
+    plane = np.frombuffer(directions).reshape(-1, 2)
+    m, axes = len(plane), np.eye(3)
+    count, row_count, ray_count = 2 + 2 * m, max(m, 3), max(m, 5)
+    basis, still = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
+    rows, used = np.zeros((count, row_count, 6)), np.zeros((count, row_count), bool)
+    equality, rays = np.zeros((count, 3, 6)), np.zeros((count, ray_count, 6))
+    rows[0, 0, 3:], used[0, 0] = axes[0], True
+    equality[0, :, :3], equality[1, :, 3:] = axes, axes
+    rays[0, 0, 3:], rays[0, 1:5, 3:] = axes[0], _plane_rays()
+    basis[1] = still[1] = axes
+    away = [_tangent(-(plane[j] + plane[(j + 1) % m])) for j in range(m)]
+    for j in range(m):
+        slide, edge = FIRST_SLIDE + j, FIRST_SLIDE + m + j
+        still[slide, 0] = still[edge, 0] = axes[0]
+        still[edge, 1] = _tangent(plane[j] - plane[(j + 1) % m])
+        rows[slide, 0, :3], used[slide, :3] = axes[0], True
+        rows[slide, 1:3, 3:] = [_tangent(plane[i % m] - plane[j]) for i in (j - 1, j + 1)]
+        rows[edge, 2, 3:], used[edge, :3] = away[j], True
+        equality[slide, 1, 1:3] = [-plane[j][1], plane[j][0]]
+        equality[slide, 2, 3:] = axes[0]
+        equality[edge, 1:, 3:] = still[edge, :2]
+        rays[slide, 1:3, 3:] = [away[j - 1], away[j]]
+        rays[edge, 2, 3:] = away[j]
+    return Shapes(basis, still, rows, used, equality, rays)
+
+
+def _fill_facets(shapes: Shapes, corners: FloatArray) -> None:
+    """Inward unit normals of the facets of each cone of corners (K, m, 3) as rows of stick.
+
+    With unequal radii some corners lie inside the hull of the others: fewer facets than corners.
+    """
+    facets = [_hull(points) for points in corners[:, :, 1:].tolist()]
+    ends = np.array([pair for pairs in facets for pair in pairs])
+    owner = np.repeat(np.arange(len(facets)), [len(pairs) for pairs in facets])
+    place = np.concatenate([np.arange(len(pairs)) for pairs in facets])
+    normals = _unit(_cross(corners[owner, ends[:, 0]], corners[owner, ends[:, 1]]))
+    normals *= np.sign(normals[:, :1])
+    shapes.rows[owner, 1, place, :3] = normals
+    shapes.used[owner, 1, place] = True
+
+
+def _hull(points: list[list[float]]) -> list[tuple[int, int]]:
+    """Ends of the edges of the hull of points (m, 2) that go round the origin in order.
+
+    By Graham's scan from the farthest point; one that lies on an edge is left out.
+    """
+    sizes = [x * x + y * y for x, y in points]
+    start, flat = sizes.index(max(sizes)), COLLINEAR * max(sizes)
+    hull = [start]
+    for step in range(1, len(points) + 1):
+        following = (start + step) % len(points)
+        x, y = points[following]
+        while len(hull) > 1:
+            (ax, ay), (bx, by) = points[hull[-2]], points[hull[-1]]
+            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > flat:
+                break
+            hull.pop()
+        hull.append(following)
+    return sorted((min(a, b), max(a, b)) for a, b in itertools.pairwise(hull))
+
+
+def _plane_rays() -> FloatArray:
+    axes = np.eye(3)
+    return np.stack([axes[1], axes[2], -axes[1], -axes[2]])
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross products of rows of three; ``np.cross`` takes longer for so few."""
+    product = np.empty(a.shape)
+    for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[..., y], b[..., z], out=product[..., x])
+        product[..., x] -= a[..., z] * b[..., y]
+    return product
+
+
+def _square(vectors: FloatArray) -> FloatArray:
+    squares: FloatArray = (vectors[..., None, :] @ vectors[..., :, None])[..., 0, 0]
+    return squares
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    units: FloatArray = vectors / np.sqrt(_square(vectors))[..., None]
+    return units
+
+
+def _tangent(vector: FloatArray) -> FloatArray:
+    return np.concatenate([np.zeros(1), _unit(vector)])

@@ -1,0 +1,150 @@
+"""Where a search of a general QPCC goes: its start, restarts and kicks, open pairs closed again."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.qp.problem import QPStatus
+from warp_softbody.controllers.qpcc.general.penalty import (
+    KICK,
+    SCHEDULES,
+    SEEKING,
+    PenaltyOptions,
+    close_pairs,
+    solve_bounded,
+)
+from warp_softbody.controllers.qpcc.general.piece_qp import (
+    LEFT,
+    OPEN,
+    RIGHT,
+    GeneralProblem,
+    Piece,
+    Sides,
+)
+from warp_softbody.controllers.qpcc.general.search import TOUCHING, GeneralSearch
+
+
+def begin(search: GeneralSearch, start: FloatArray | None, sides: Sides | None) -> None:
+    """Descend from a point, from a piece, or from the relaxation."""
+    if start is not None:
+        sides = search.general.nearest_sides(start)
+    root = None if sides is None else search.visit(sides, near=start)
+    if root is not None:
+        search.keep(root)
+    else:
+        _from_point(search, start)
+    if search.best is None and not search.verdict.unbounded and not search.spent():
+        relaxed = search.general.solve(np.full(len(search.general.l0), OPEN, np.int8))
+        search.verdict.infeasible = relaxed.status is QPStatus.INFEASIBLE
+
+
+def restart(search: GeneralSearch) -> None:
+    """Penalty runs on other schedules, then from random weights of the pairs.
+
+    While no point is known they go on until the budget ends, and with the heavier weights.
+    """
+    runs = itertools.count(1)
+    while not search.spent():
+        run = next(runs)
+        if run > search.options.starts and (search.best is not None or not search.options.starts):
+            return
+        if search.best is None:
+            options = SEEKING[run % len(SEEKING)]
+        else:
+            options = SCHEDULES[run % len(SCHEDULES)]
+        start = (
+            random_point(search.general, search.random, options) if run >= len(SCHEDULES) else None
+        )
+        _from_point(search, start, options)
+
+
+def kick(search: GeneralSearch) -> None:
+    """Force single pairs of the best piece to their other side, and repair the rest."""
+    tried: set[tuple[bytes, int]] = set()
+    for _ in range(search.options.kicks):
+        if search.best is None or search.spent():
+            return
+        base = search.best
+        key = base.sides.tobytes()
+        order = _kick_order(base)
+        pair = next((int(i) for i in order if (key, int(i)) not in tried), None)
+        if pair is None:
+            return
+        tried.add((key, pair))
+        sides = base.sides.copy()
+        sides[pair] = RIGHT if sides[pair] == LEFT else LEFT
+        found = search.visit(sides, near=base.x)
+        if found is not None:
+            search.keep(found)
+            continue
+        forced = np.full(len(sides), OPEN, np.int8)
+        forced[pair] = sides[pair]
+        repair(search, forced, base.x, KICK)
+
+
+def repair(
+    search: GeneralSearch,
+    sides: Sides,
+    near: FloatArray | None,
+    options: PenaltyOptions = SCHEDULES[0],
+) -> Piece | None:
+    """Close the open pairs by the penalty method from ``near``, then descend."""
+    x = close_pairs(search.general, near, sides, options, search.spent)
+    if x is None:
+        return None
+    chosen = search.general.nearest_sides(x)
+    piece = search.visit(np.where(sides == OPEN, chosen, sides).astype(np.int8), near=x)
+    if piece is None:
+        piece = _resolve(search, x, sides)
+    return None if piece is None else search.keep(piece)
+
+
+def _resolve(search: GeneralSearch, x: FloatArray, sides: Sides) -> Piece | None:
+    """Sides of pairs that are clear at x; the unclear ones closed one after another."""
+    left, right = search.general.sides_at(x)
+    chosen = search.general.nearest_sides(x)
+    unclear = np.flatnonzero((np.maximum(left, right) <= 1e-3) & (sides == OPEN))
+    trial = np.where(sides == OPEN, chosen, sides).astype(np.int8)
+    trial[unclear] = OPEN
+    while not search.spent():
+        piece = search.general.solve(trial, near=x)
+        if piece.status is not QPStatus.SOLVED:
+            return None
+        x = piece.x
+        left, right = piece.left, piece.right
+        open_pairs = np.flatnonzero(trial == OPEN)
+        if open_pairs.size == 0:
+            return piece
+        gap = np.minimum(left, right)[open_pairs]
+        settled = open_pairs[gap <= TOUCHING]
+        chosen = search.general.nearest_sides(x)
+        if settled.size == 0:
+            settled = open_pairs[[int(np.argmin(gap))]]
+        trial[settled] = chosen[settled]
+    return None
+
+
+def _from_point(
+    search: GeneralSearch, start: FloatArray | None, options: PenaltyOptions = SCHEDULES[0]
+) -> Piece | None:
+    return repair(search, np.full(len(search.general.l0), OPEN, np.int8), start, options)
+
+
+def _kick_order(piece: Piece) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Pairs by what freeing their zero side would gain at first order."""
+    slope = np.where(piece.sides == LEFT, piece.left_multiplier, piece.right_multiplier)
+    return np.argsort(slope, kind="stable")
+
+
+def random_point(
+    general: GeneralProblem, random: np.random.Generator, options: PenaltyOptions
+) -> FloatArray | None:
+    """Where the objective plus random multiples of all sides is least."""
+    count = len(general.l0)
+    on_left, on_right = options.first * random.uniform(0.1, 1.0, size=(2, count))
+    linear = on_left @ general.L + on_right @ general.R
+    piece = solve_bounded(general, np.full(count, OPEN, np.int8), linear=linear)
+    return None if piece is None else piece.x

@@ -1,0 +1,158 @@
+"""``solve_qpcc`` and ``enumerate_qpcc`` for the general form."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qpcc.general.branch_and_bound import branch_and_bound
+from warp_softbody.controllers.qpcc.general.piece_qp import LEFT, GeneralProblem, Piece, Sides
+from warp_softbody.controllers.qpcc.general.problem import QPCC, sizes
+from warp_softbody.controllers.qpcc.general.restarts import begin, kick, restart
+from warp_softbody.controllers.qpcc.general.search import GeneralSearch
+from warp_softbody.controllers.qpcc.result import (
+    GeneralMultipliers,
+    GeneralResult,
+    QPCCStatus,
+    SolverOptions,
+)
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks
+
+BRANCH_PAIRS = 40
+"""Pairs up to which branch and bound is tried without a start."""
+
+BRANCH_SHARE = 0.5
+"""Share of the budget that it may use."""
+
+UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
+
+
+def solve_general(
+    problem: QPCC, start: Sequence[int] | FloatArray | None, options: SolverOptions, seed: int
+) -> GeneralResult:
+    """Look for the best point; see ``solver.solve_qpcc``."""
+    search = _search(problem, options, seed)
+    begin(search, *_start(problem, start))
+    if options.starts and problem.pair_count <= BRANCH_PAIRS and not search.settled:
+        branch_and_bound(search, int(BRANCH_SHARE * options.max_qps))
+    if not search.settled:
+        restart(search)
+        kick(search)
+    return _finish(search)
+
+
+def enumerate_general(problem: QPCC) -> GeneralResult:
+    """The global minimum, by branch and bound over the sides of all pairs."""
+    search = _search(problem, SolverOptions(max_qps=10**9), 0)
+    if search.general.concave_part is not None:
+        raise InputError("enumeration needs a positive semidefinite Q")
+    branch_and_bound(search, 10**9)
+    return _finish(search)
+
+
+def _search(problem: QPCC, options: SolverOptions, seed: int) -> GeneralSearch:
+    # Sizes and scales of general problems vary more than three sweeps of equilibration mend.
+    backend = PIQPBackend(tolerance=options.qp_tolerance, settings={"preconditioner_iter": 10})
+    return GeneralSearch(GeneralProblem(problem, backend), options, seed)
+
+
+def _start(
+    problem: QPCC, start: Sequence[int] | FloatArray | None
+) -> tuple[FloatArray | None, Sides | None]:
+    """A point, or sides."""
+    if start is None:
+        return None, None
+    wanted = f"{problem.pair_count} sides, 0 or 1, or {problem.variable_count} finite numbers"
+    try:
+        given = np.asarray(start)
+    except Exception:
+        # rows of unequal length, or an object whose own conversion fails
+        checks.refuse("start", wanted, start)
+    if given.dtype.kind in "iub" and given.shape == (problem.pair_count,):
+        if np.all((given == 0) | (given == 1)):
+            return None, given.astype(np.int8)
+    elif given.dtype.kind == "f" and given.shape == (problem.variable_count,):
+        if np.all(np.isfinite(given)):
+            return np.clip(given, problem.lb, problem.ub), None
+    checks.refuse("start", wanted, start)
+
+
+def _finish(search: GeneralSearch) -> GeneralResult:
+    general, best = search.general, search.best
+    problem = general.problem
+    status = _status(search)
+    x = np.clip(np.zeros(problem.variable_count), problem.lb, problem.ub)
+    multipliers, stationarity = None, np.nan
+    sides = np.zeros(problem.pair_count, np.int8)
+    if best is not None:
+        x, sides = general.exact(best), best.sides
+        if status is not QPCCStatus.UNBOUNDED:
+            multipliers = _multipliers(general, best)
+            stationarity = _stationarity(general, x, multipliers, sides)
+    off, out = problem.complementarity(x), problem.feasibility(x)
+    if not max(off, out) <= search.options.tolerance and status not in UNUSABLE:
+        status = QPCCStatus.INACCURATE
+    return GeneralResult(
+        x=x,
+        modes=tuple(int(side) for side in sides),
+        objective=problem.objective(x),
+        complementarity=off,
+        feasibility=out,
+        stationarity=stationarity,
+        multipliers=multipliers,
+        qp_count=general.qp_count,
+        seconds=time.perf_counter() - search.started,
+        status=status,
+        message=f"{status.value}; {general.qp_count} QPs, complementarity {off:.1e}",
+    )
+
+
+def _status(search: GeneralSearch) -> QPCCStatus:
+    verdict = search.verdict
+    if verdict.unbounded:
+        return QPCCStatus.UNBOUNDED
+    if search.best is None:
+        return QPCCStatus.INFEASIBLE if verdict.infeasible else QPCCStatus.NO_POINT
+    if verdict.certified:
+        return QPCCStatus.GLOBAL
+    if verdict.stationary:
+        return QPCCStatus.STRONGLY_STATIONARY
+    return QPCCStatus.NO_IMPROVING_FLIP if verdict.complete else QPCCStatus.BUDGET
+
+
+def _multipliers(general: GeneralProblem, piece: Piece) -> GeneralMultipliers:
+    """Of the piece's QP, in the problem's own units."""
+    problem, scale = general.problem, general.value_scale * piece.weight
+    known = piece.solution.multipliers
+    inequalities = np.zeros(len(problem.h))
+    used = np.isfinite(problem.h)
+    inequalities[used] = known.rows[: int(used.sum())]
+    over_left, over_right = problem.side_scales
+    return GeneralMultipliers(
+        equalities=scale * known.equalities[: len(problem.b)] / sizes(problem.A, problem.b),
+        inequalities=scale * inequalities / sizes(problem.G, problem.h),
+        lower=scale * known.lower,
+        upper=scale * known.upper,
+        left=general.value_scale * piece.left_multiplier / over_left,
+        right=general.value_scale * piece.right_multiplier / over_right,
+    )
+
+
+def _stationarity(
+    general: GeneralProblem, x: FloatArray, multipliers: GeneralMultipliers, sides: Sides
+) -> float:
+    """Largest entry of the Lagrangian's gradient, and of wrong signs, over the objective's size."""
+    problem = general.problem
+    gradient = problem.Q @ x + problem.c - multipliers.equalities @ problem.A
+    gradient += multipliers.inequalities @ problem.G - multipliers.lower + multipliers.upper
+    gradient -= multipliers.left @ problem.L + multipliers.right @ problem.R
+    over_left, over_right = problem.side_scales
+    kept = np.where(sides == LEFT, multipliers.right * over_right, multipliers.left * over_left)
+    worst = max(float(np.abs(gradient).max()), -float(kept.min(initial=0.0)))
+    size = general.value_scale * (1.0 + float(np.abs(x).max()))
+    return worst / size

@@ -1,0 +1,1 @@
+"""Contact with the ground and between surfaces."""

@@ -1,0 +1,196 @@
+"""Coulomb's law with a cone of k directions: friction that dissipates most over a polygon.
+
+The polygon of a node has its corners g d_j, g = mu f_n from the last pass, on k directions d_j
+evenly spread in the plane of contact from its first tangent, which lies along x where possible. Its
+2 k places are numbered around: corner j is 2 j, the edge from there to corner j + 1 is 2 j + 1. At
+a corner the friction is that corner. On an edge the velocity along the edge is given, zero, and the
+friction is the edge's distance from the middle times g, across it, with what holds the node along
+it. Where g or the place has changed much since the last pass, that part enters as stiffness, force
+over speed, which cannot reverse the sliding.
+"""
+
+import math
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels.contact.modes import LAST_PASSES, NEWTON_PASSES, PLACES, SLIDE, STICK
+from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.precision import real
+
+
+def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNamespace:
+    """Functions ``freedom_of``, ``coulomb_violation`` and ``choose`` for the kernels of contact."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    func = types.func(subject)
+    newton_passes, last_passes = wp.constant(NEWTON_PASSES), wp.constant(LAST_PASSES)
+    stick, slide, places = wp.constant(STICK), wp.constant(SLIDE), wp.constant(PLACES)
+    slides, line = wp.constant(cg.SLIDES), wp.constant(cg.LINE)
+    count = wp.constant(2 * directions)
+    half_turn = math.pi / directions
+    step = wp.constant(scalar(half_turn))
+    apothem = wp.constant(scalar(math.cos(half_turn)))
+    half_edge = wp.constant(scalar(math.sin(half_turn)))
+
+    @func
+    def first_tangent(n: vec3):
+        axis = vec3(scalar(1.0), scalar(0.0), scalar(0.0))
+        if wp.abs(n[0]) >= scalar(0.9):
+            axis = vec3(scalar(0.0), scalar(1.0), scalar(0.0))
+        return wp.normalize(axis - wp.dot(axis, n) * n)
+
+    @func
+    def direction_of(place: int, n: vec3):
+        first = first_tangent(n)
+        angle = step * scalar(place)
+        return wp.cos(angle) * first + wp.sin(angle) * wp.cross(n, first)
+
+    @func
+    def freedom_of(mode: int, n: vec3):
+        # kind of a sliding node, and the axis that goes with it
+        kind = slides
+        axis = n
+        if mode >= places and (mode - places) % 2 == 1:
+            kind = line
+            axis = direction_of(mode - places, n)
+        return kind, axis
+
+    @func
+    def nearest_place(trial: vec3, bound: scalar, n: vec3):
+        # the place of the polygon nearest to the trial, how far the trial is beyond that edge (or
+        # one that ends in that corner), and the nearest point of the polygon
+        first = first_tangent(n)
+        angle = wp.atan2(wp.dot(wp.cross(n, first), trial), wp.dot(first, trial))
+        place = 2 * int(wp.floor(angle / (scalar(2.0) * step))) + 1
+        place = (place + count) % count
+        across = direction_of(place, n)
+        beyond = wp.dot(across, trial) - apothem * bound
+        nearest = trial
+        if beyond > scalar(0.0):
+            along = wp.cross(n, across)
+            aside = wp.dot(along, trial)
+            if wp.abs(aside) > half_edge * bound:
+                place = place + wp.where(aside > scalar(0.0), 1, count - 1)
+                place = place % count
+                nearest = bound * direction_of(place, n)
+            else:
+                nearest = apothem * bound * across + aside * along
+        return place, beyond, nearest
+
+    @func
+    def coulomb_violation(n: vec3, friction: vec3, trial: vec3, bound: scalar):
+        # distance of the friction from the projection of the trial onto the polygon
+        _place, _beyond, nearest = nearest_place(trial, bound, n)
+        return wp.length(friction - nearest)
+
+    @func
+    def neighbour(
+        place: int,
+        n: vec3,
+        friction: vec3,
+        sliding: vec3,
+        last: vec3,
+        bound: scalar,
+        margin: scalar,
+        slowest: scalar,
+    ):
+        # the place after ``place``; -1 to stick
+        across = direction_of(place, n)
+        along = wp.cross(n, across)
+        ahead = -wp.dot(across, sliding)
+        # friction that would reverse the sliding stops it instead
+        if wp.length(sliding) <= slowest or wp.dot(last, sliding) < scalar(0.0):
+            return -1
+        if place % 2 == 1:
+            if ahead <= scalar(0.0):
+                return -1
+            aside = wp.dot(along, friction)
+            if wp.abs(aside) > half_edge * bound + margin:
+                return (place + wp.where(aside > scalar(0.0), 1, count - 1)) % count
+            return place
+        aside = -wp.dot(along, sliding)
+        outside = wp.abs(aside) * apothem - ahead * half_edge
+        if outside > slowest + scalar(1e-3) * wp.length(sliding):
+            # to the last edge before the corner whose cone of normals holds the velocity, so that
+            # a node does not jump to and fro across an edge
+            corners = wp.atan2(wp.abs(aside), ahead) / (scalar(2.0) * step)
+            edges = 2 * wp.max(int(wp.floor(corners + scalar(0.5))), 1) - 1
+            return (place + wp.where(aside > scalar(0.0), edges, count - edges)) % count
+        return place
+
+    @func
+    def missed(place: int, n: vec3, friction: vec3, bound: scalar):
+        # what the friction at a place lacks of the present bound
+        across = direction_of(place, n)
+        if place % 2 == 1:
+            return wp.abs(wp.dot(across, friction) - apothem * bound)
+        return wp.length(friction - bound * across)
+
+    @func
+    def choose(
+        mode: int,
+        n: vec3,
+        friction: vec3,
+        sliding: vec3,
+        last: vec3,
+        bound: scalar,
+        weight: scalar,
+        left: scalar,
+        passes: int,
+        tolerances: wp.array(dtype=scalar),
+    ):
+        # next mode, whether the law is missed, force, stiffness, velocity they are made at
+        unsettled = int(0)
+        place = int(-1)
+        # to begin, it must exceed the cone by what would move its own block noticeably
+        margin = wp.min(weight * tolerances[3], scalar(0.01) * bound) + tolerances[0]
+        trial = friction - weight * sliding
+        found, beyond, _nearest = nearest_place(trial, bound, n)
+        next_mode = stick
+        if mode == stick:
+            # late in a step only what the law does not allow by far begins
+            if passes >= newton_passes:
+                margin += tolerances[2] * bound
+            if beyond > margin and passes < last_passes:
+                place = found
+        elif bound <= tolerances[0]:
+            next_mode = slide
+        elif mode == slide:
+            if beyond > scalar(0.0) and wp.length(sliding) > tolerances[3]:
+                place = found
+        else:
+            margin = scalar(0.01) * bound + tolerances[0] + left
+            place = neighbour(
+                mode - places, n, friction, sliding, last, bound, margin, tolerances[3]
+            )
+            if place == mode - places:
+                lacks = missed(place, n, friction, bound)
+                if lacks > tolerances[2] * bound + tolerances[0] + left:
+                    unsettled = 1
+        force = vec3()
+        stiffness = mat33()
+        made_at = sliding
+        if mode == stick:
+            # where it is driven; its speed is not known yet
+            made_at = (scalar(-1.0) / weight) * trial
+        if place >= 0:
+            next_mode = places + place
+            across = direction_of(place, n)
+            size = wp.where(place % 2 == 1, apothem, scalar(1.0)) * bound
+            speed = wp.max(-wp.dot(across, sliding), tolerances[3])
+            before = -wp.dot(across, last)
+            settled = before > scalar(0.7) * speed and speed > scalar(0.7) * before
+            near = missed(place, n, friction, bound) < bound and passes < last_passes
+            if mode == stick or settled or near:
+                force = size * across
+            else:
+                stiffness = (size / speed) * wp.outer(across, across)
+        return next_mode, unsettled, force, stiffness, made_at
+
+    return SimpleNamespace(
+        freedom_of=freedom_of,
+        coulomb_violation=coulomb_violation,
+        choose=choose,
+        inner_radius=math.cos(math.pi / directions),
+    )

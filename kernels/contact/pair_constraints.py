@@ -1,0 +1,380 @@
+"""Constraints on the relative velocities of two surfaces, inside conjugate gradients.
+
+Row p of C takes velocities to u_p = sum_k w_k v_k over the four nodes of a pair, whose weights add
+up to zero: a node (1) and the corners of a triangle, or two ends of an edge and two of another. It
+is the velocity of the one point relative to the other. A sticking pair gives all of u_p, a sliding
+one n . u_p. With S the
+projector of the ground's modes, the velocities left free are the null space of N C S (N = 1 or n
+n^T), and ``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The small system is solved by
+conjugate gradients of its own, in one thread and in double precision: pairs are few beside nodes,
+and rows that nearly repeat each other take most of single precision's digits. Where what is asked
+of such rows may contradict, a little is added to its diagonal.
+
+A sliding pair's friction adds a stiffness D to the matrix: C^T D C.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import warp as wp
+
+from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.precision import real
+
+SUBJECT = "pairs"
+
+LIFT = 0
+STICK = 1
+
+MOST_ITERATIONS = 200
+"""Of the small system; it takes a dozen."""
+
+
+ENOUGH = {"float32": 1e-8, "float64": 1e-13}
+"""Relative residual of the small system; a little less than rounding of what it projects."""
+
+DAMPING = 1e-3
+"""Added to the small system's diagonal, whose entries lie between 1 and 2, where rows may
+contradict."""
+
+
+@cache
+def make_pair_rows(precision: str) -> SimpleNamespace:
+    """Kernels that project vectors of nodes, and functions for the other kernels of pairs."""
+    types = real(precision)
+    scalar, vec3, vec4, mat33 = types.scalar, types.vec3, types.vec4, types.mat33
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
+    line = wp.constant(cg.LINE)
+    stick = wp.constant(STICK)
+    lift = wp.constant(LIFT)
+    most = wp.constant(MOST_ITERATIONS)
+    vec3d = wp.vec3d
+    enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
+    damping = wp.constant(wp.float64(DAMPING))
+    none = wp.constant(wp.float64(0.0))
+
+    @wp.struct
+    class Pairs:
+        nodes: wp.array(dtype=wp.vec4i)
+        weights: wp.array(dtype=vec4)
+        normals: wp.array(dtype=vec3)
+        least: wp.array(dtype=scalar)
+        roughness: wp.array(dtype=scalar)
+        found: wp.array(dtype=int)
+        found_count: wp.array(dtype=int)
+        rows: wp.array(dtype=int)
+        count: wp.array(dtype=int)
+        marks: wp.array(dtype=int)
+        touched: wp.array(dtype=int)
+        held: wp.array(dtype=int)
+        counts: wp.array(dtype=int)
+
+    @wp.struct
+    class Work:
+        nodal: wp.array(dtype=vec3d)
+        y: wp.array(dtype=vec3d)
+        r: wp.array(dtype=vec3d)
+        p: wp.array(dtype=vec3d)
+        q: wp.array(dtype=vec3d)
+
+    @wp.struct
+    class Freedom:
+        kinds: wp.array(dtype=int)
+        axes: wp.array(dtype=vec3)
+
+    @func
+    def wide(v: vec3):
+        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
+
+    @func
+    def narrow(v: vec3d):
+        return vec3(scalar(v[0]), scalar(v[1]), scalar(v[2]))
+
+    @func
+    def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):
+        k, w = pairs.nodes[c], pairs.weights[c]
+        u = vec3d()
+        for a in range(4):
+            u += wp.float64(w[a]) * wide(v[k[a]])
+        return u
+
+    @func
+    def relative_work(pairs: Pairs, c: int, v: wp.array(dtype=vec3d)):
+        k, w = pairs.nodes[c], pairs.weights[c]
+        u = vec3d()
+        for a in range(4):
+            u += wp.float64(w[a]) * v[k[a]]
+        return u
+
+    @func
+    def left_free(freedom: Freedom, i: int, v: vec3d):
+        # S at a node
+        if freedom.kinds[i] == free:
+            return v
+        axis = wide(freedom.axes[i])
+        if freedom.kinds[i] == slides:
+            return v - (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
+        if freedom.kinds[i] == line:
+            return (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
+        return vec3d()
+
+    @func
+    def spread(
+        pairs: Pairs,
+        freedom: Freedom,
+        forces: wp.array(dtype=vec3d),
+        nodal: wp.array(dtype=vec3d),
+    ):
+        # nodal = S C^T forces, at the nodes of the rows; few of them touch the ground as well
+        for number in range(pairs.counts[0]):
+            nodal[pairs.touched[number]] = vec3d()
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            k, w = pairs.nodes[c], pairs.weights[c]
+            for a in range(4):
+                nodal[k[a]] = nodal[k[a]] + wp.float64(w[a]) * forces[row]
+        for number in range(pairs.counts[1]):
+            i = pairs.held[number]
+            nodal[i] = left_free(freedom, i, nodal[i])
+
+    @func
+    def given(pairs: Pairs, c: int, mode: int, u: vec3d):
+        if mode == stick:
+            return u
+        n = wide(pairs.normals[c])
+        return (wp.dot(n, u) / wp.dot(n, n)) * n
+
+    @func
+    def apply(
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        x: wp.array(dtype=vec3d),
+        nodal: wp.array(dtype=vec3d),
+        out: wp.array(dtype=vec3d),
+    ):
+        # out = N C S C^T N x, and nodal = S C^T N x; x obeys N x = x
+        spread(pairs, freedom, x, nodal)
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            out[row] = given(pairs, c, modes[c], relative_work(pairs, c, nodal))
+
+    @func
+    def solve(
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        added: wp.float64,
+    ):
+        # y of (N C S C^T N + added) y = r; r is used up; redundant rows share their part
+        count = pairs.count[0]
+        square = wp.float64(0.0)
+        for row in range(count):
+            work.y[row] = vec3d()
+            work.p[row] = work.r[row]
+            square += wp.length_sq(work.r[row])
+        stop = enough * square
+        iteration = int(0)
+        while square > stop and iteration < most:
+            apply(pairs, modes, freedom, work.p, work.nodal, work.q)
+            curvature = wp.float64(0.0)
+            for row in range(count):
+                work.q[row] = work.q[row] + added * work.p[row]
+                curvature += wp.dot(work.p[row], work.q[row])
+            iteration += 1
+            if curvature > wp.float64(0.0):
+                alpha = square / curvature
+                last = square
+                square = wp.float64(0.0)
+                for row in range(count):
+                    work.y[row] = work.y[row] + alpha * work.p[row]
+                    work.r[row] = work.r[row] - alpha * work.q[row]
+                    square += wp.length_sq(work.r[row])
+                beta = square / last
+                for row in range(count):
+                    work.p[row] = work.r[row] + beta * work.p[row]
+            else:
+                iteration = most
+
+    @func
+    def multipliers(
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        v: wp.array(dtype=vec3),
+        added: wp.float64,
+    ):
+        # y of (N C S C^T N + added) y = N C v, for v = S v
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            work.r[row] = given(pairs, c, modes[c], relative(pairs, c, v))
+        solve(pairs, modes, freedom, work, added)
+
+    @func
+    def remove(
+        pairs: Pairs,
+        freedom: Freedom,
+        work: Work,
+        factor: wp.float64,
+        v: wp.array(dtype=vec3),
+    ):
+        # v += factor S C^T y
+        spread(pairs, freedom, work.y, work.nodal)
+        for number in range(pairs.counts[0]):
+            i = pairs.touched[number]
+            v[i] = narrow(wide(v[i]) + factor * work.nodal[i])
+
+    @func
+    def stiffen(
+        pairs: Pairs,
+        freedom: Freedom,
+        work: Work,
+        stiffness: wp.array(dtype=mat33),
+        factor: wp.float64,
+        x: wp.array(dtype=vec3),
+        out: wp.array(dtype=vec3),
+    ):
+        # out += factor S C^T D C x; the product x^T C^T D C x
+        total = wp.float64(0.0)
+        for row in range(pairs.count[0]):
+            c = pairs.rows[row]
+            u = narrow(relative(pairs, c, x))
+            force = stiffness[c] * u
+            work.y[row] = wide(force)
+            total += wp.dot(wide(u), work.y[row])
+        remove(pairs, freedom, work, factor, out)
+        return total
+
+    @kernel
+    def list_rows(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+    ):
+        # the pairs that hold something, their nodes, and those of them that touch the ground
+        count = int(0)
+        for number in range(pairs.found_count[0]):
+            c = pairs.found[number]
+            if modes[c] != lift:
+                pairs.rows[count] = c
+                count += 1
+        pairs.count[0] = count
+        touched = int(0)
+        held = int(0)
+        for row in range(count):
+            k = pairs.nodes[pairs.rows[row]]
+            for a in range(4):
+                i = k[a]
+                if pairs.marks[i] == 0:
+                    pairs.marks[i] = 1
+                    pairs.touched[touched] = i
+                    touched += 1
+                    if freedom.kinds[i] != free:
+                        pairs.held[held] = i
+                        held += 1
+        for number in range(touched):
+            pairs.marks[pairs.touched[number]] = 0
+        pairs.counts[0] = touched
+        pairs.counts[1] = held
+
+    @kernel
+    def impose(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        # out
+        x: wp.array(dtype=vec3),
+    ):
+        # the nearest x that has the relative velocities given; the second time takes off what the
+        # damping left
+        for _ in range(2):
+            for row in range(pairs.count[0]):
+                c = pairs.rows[row]
+                wanted = wide(pairs.least[c] * pairs.normals[c])
+                work.r[row] = given(pairs, c, modes[c], wanted - relative(pairs, c, x))
+            solve(pairs, modes, freedom, work, damping)
+            remove(pairs, freedom, work, wp.float64(1.0), x)
+
+    @kernel
+    def finish_residual(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        stiffness: wp.array(dtype=mat33),
+        x: wp.array(dtype=vec3),
+        # out
+        r: wp.array(dtype=vec3),
+        partial: wp.array(dtype=wp.float64),
+    ):
+        # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square
+        if pairs.count[0] > 0:
+            stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
+            multipliers(pairs, modes, freedom, work, r, none)
+            remove(pairs, freedom, work, wp.float64(-1.0), r)
+            total = wp.float64(0.0)
+            for i in range(r.shape[0]):
+                total += wp.length_sq(wide(r[i]))
+            for k in range(partial.shape[0]):
+                partial[k] = wp.float64(0.0)
+            partial[0] = total
+
+    @kernel
+    def project_pairs(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        # out
+        v: wp.array(dtype=vec3),
+    ):
+        # v = P v for v = S v
+        if pairs.count[0] > 0:
+            multipliers(pairs, modes, freedom, work, v, none)
+            remove(pairs, freedom, work, wp.float64(-1.0), v)
+
+    @kernel
+    def finish_product(
+        # in
+        pairs: Pairs,
+        modes: wp.array(dtype=int),
+        freedom: Freedom,
+        work: Work,
+        stiffness: wp.array(dtype=mat33),
+        p: wp.array(dtype=vec3),
+        # out
+        q: wp.array(dtype=vec3),
+        partial: wp.array(dtype=wp.float64),
+    ):
+        # q = P (M~ + C^T D C) p from S M~ p
+        if pairs.count[0] > 0:
+            added = stiffen(pairs, freedom, work, stiffness, wp.float64(1.0), p, q)
+            partial[0] = partial[0] + added
+            multipliers(pairs, modes, freedom, work, q, none)
+            remove(pairs, freedom, work, wp.float64(-1.0), q)
+
+    kernels: dict[str, Any] = {
+        "list_rows": list_rows,
+        "impose": impose,
+        "finish_residual": finish_residual,
+        "project_pairs": project_pairs,
+        "finish_product": finish_product,
+    }
+    functions = {
+        "wide": wide,
+        "narrow": narrow,
+        "relative": relative,
+        "multipliers": multipliers,
+        "remove": remove,
+        "stiffen": stiffen,
+    }
+    return SimpleNamespace(Pairs=Pairs, Work=Work, Freedom=Freedom, **kernels, **functions)

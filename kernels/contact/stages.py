@@ -1,0 +1,126 @@
+"""Stages of the search for contact modes, and the ending of a step that does not settle.
+
+1. ``ALL``: every node chooses its mode anew in every pass. Most steps settle here.
+2. ``NORMALS`` and ``FRICTION`` in turn: with friction as a frozen stiffness the problem in the
+   normal directions is convex; once it has settled, friction is chosen anew for one pass. This is
+   the fixed point of Tresca problems (Haslinger, Hlavacek and Necas 1996).
+3. ``LET_GO``: nodes are only let go, where they would pull, and friction only grows less. It is a
+   positive semi-definite stiffness, inside the cone at the velocity of the pass before. What this
+   ends in takes energy, whatever was left unsettled; a node may sink by the way of a step.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels.contact.modes import NEWTON_PASSES, SLIDE, STICK
+from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.precision import real
+
+PASSES = 4
+AGAIN = 5
+TOUCHING = 6
+CHANGED = 8
+EARLIER_PASSES = 9
+FRICTION_NEXT = 10
+
+ALL = 0
+NORMALS = 1
+FRICTION = 2
+LET_GO = 3
+
+ALL_PASSES = 12
+"""Passes of the first stage."""
+
+LET_GO_PASSES = 20
+"""Passes of the last stage, beyond those that modes may be sought in."""
+
+PICARD_PASSES = NEWTON_PASSES
+"""What the laws of friction are told in the second stage: their rules of this pass."""
+
+PRESSED = 2
+"""Change of a node that begins or ends to be pressed; 1 is one of its friction alone."""
+
+
+@cache
+def make_stages(precision: str, subject: str) -> SimpleNamespace:
+    """Functions ``stage_of``, ``braked`` and ``next_stage``."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    func = types.func(subject)
+    stick, slide = wp.constant(STICK), wp.constant(SLIDE)
+    all_passes, let_go_passes = wp.constant(ALL_PASSES), wp.constant(LET_GO_PASSES)
+    all_stage, normals = wp.constant(ALL), wp.constant(NORMALS)
+    friction_stage, let_go = wp.constant(FRICTION), wp.constant(LET_GO)
+
+    @func
+    def stage_at(passes: int, friction_next: int, max_passes: int):
+        if passes >= max_passes:
+            return let_go
+        if passes < all_passes:
+            return all_stage
+        if friction_next != 0:
+            return friction_stage
+        return normals
+
+    @func
+    def stage_of(counters: wp.array(dtype=int), max_passes: int):
+        return stage_at(counters[PASSES], counters[FRICTION_NEXT], max_passes)
+
+    @func
+    def braked(
+        mode: int,
+        n: vec3,
+        friction: vec3,
+        sliding: vec3,
+        bound: scalar,
+        weight: scalar,
+        first: bool,
+        known: mat33,
+        tolerances: wp.array(dtype=scalar),
+    ):
+        # next mode, whether the cone is left, and the stiffness of friction -bound v / |v|
+        speed = wp.max(wp.length(sliding), tolerances[3])
+        size = bound / speed
+        unsettled = int(0)
+        if mode == stick:
+            if wp.length(friction) <= bound + tolerances[0]:
+                return stick, unsettled, mat33()
+            # the speed at which its own block answers what is beyond the cone
+            size = bound * weight / (wp.length(friction) - bound)
+        elif not first:
+            last = scalar(0.5) * wp.trace(known)
+            if size < (scalar(1.0) - tolerances[2]) * last:
+                unsettled = 1
+            size = wp.min(size, last)
+        across = wp.identity(n=3, dtype=scalar) - wp.outer(n, n)
+        if first:
+            unsettled = 1
+        return slide, unsettled, size * across
+
+    @func
+    def next_stage(
+        total: int, normals_changed: int, max_passes: int, counters: wp.array(dtype=int)
+    ):
+        # in the first stage modes are sought with loose solves; once they settle, one solve to the
+        # tolerance must confirm them
+        stage = stage_of(counters, max_passes)
+        passes = counters[PASSES] + 1
+        counters[PASSES] = passes
+        # what ends in the last stage is safe, but has not settled
+        counters[CHANGED] = wp.where(stage == let_go, wp.max(total, 1), total)
+        unsettled = total > 0 or counters[stopping.LOOSE] != 0
+        friction_next = int(0)
+        if stage == normals and normals_changed == 0:
+            friction_next = 1
+            unsettled = True
+        if stage == all_stage and passes == all_passes:
+            friction_next = 1
+        counters[FRICTION_NEXT] = friction_next
+        within = passes < max_passes + let_go_passes
+        counters[AGAIN] = wp.where(unsettled and within, 1, 0)
+        later = stage_at(passes, friction_next, max_passes)
+        counters[stopping.LOOSE] = wp.where(total > 0 and later == all_stage, 1, 0)
+
+    return SimpleNamespace(stage_of=stage_of, braked=braked, next_stage=next_stage)

@@ -1,0 +1,179 @@
+"""The two ends of a step: its right-hand side, and the state that it leads to."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels.contact.stages import AGAIN, EARLIER_PASSES, FRICTION_NEXT, PASSES
+from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.linear.bsr_product import make_rows
+from warp_softbody.kernels.precision import real
+
+SUBJECT = "contact_ends"
+
+
+@cache
+def make_contact_ends(precision: str) -> SimpleNamespace:
+    """Kernels of a step's beginning and end, in the order of their launch."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    kernel = types.kernel(SUBJECT)
+    stiffness_of_sum = make_rows(precision, SUBJECT).stiffness_of_sum
+
+    @kernel
+    def right_side(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        step_factors: wp.array(dtype=scalar),
+        has_muscles: int,
+        follows: int,
+        # in
+        impulses: wp.array(dtype=vec3),
+        external_forces: wp.array(dtype=vec3),
+        muscle_forces: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        increments: wp.array(dtype=vec3),
+        friction_forces: wp.array(dtype=vec3),
+        # out
+        right: wp.array(dtype=vec3),
+        right_with_slip: wp.array(dtype=vec3),
+        outer_impulses: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        start: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+    ):
+        i = wp.tid()
+        force = external_forces[i]
+        outer_impulses[i] = step_factors[0] * force
+        if has_muscles != 0:
+            for k in range(node_start[i], node_start[i + 1]):
+                force += muscle_forces[node_corners[k]]
+        known = impulses[i] + step_factors[0] * force
+        right[i] = known
+        right_with_slip[i] = known + friction_forces[i]
+        before[i] = velocities[i]
+        first = vec3()
+        if follows != 0:
+            first = increments[i]
+        start[i] = first
+        change[i] = first
+
+    @kernel
+    def newton_right_side(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        step_factors: wp.array(dtype=scalar),
+        stiffness_share: wp.array(dtype=scalar),
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        has_muscles: int,
+        # in
+        values: wp.array(dtype=mat33),
+        impulses: wp.array(dtype=vec3),
+        external_forces: wp.array(dtype=vec3),
+        muscle_forces: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        friction_forces: wp.array(dtype=vec3),
+        # out
+        right: wp.array(dtype=vec3),
+        right_with_slip: wp.array(dtype=vec3),
+    ):
+        # forces and K at x + dt v, v the last iterate, where the force is linear in v+ - v: what K
+        # takes from v in the matrix is given back, but for damping
+        i = wp.tid()
+        force = external_forces[i]
+        if has_muscles != 0:
+            for k in range(node_start[i], node_start[i + 1]):
+                force += muscle_forces[node_corners[k]]
+        stiff = stiffness_of_sum(i, row_start, column, values, before, change)
+        known = impulses[i] + step_factors[0] * force + stiffness_share[i] * stiff
+        right[i] = known
+        right_with_slip[i] = known + friction_forces[i]
+
+    @kernel
+    def begin_iteration(
+        # out
+        counters: wp.array(dtype=int),
+    ):
+        counters[EARLIER_PASSES] = counters[EARLIER_PASSES] + counters[PASSES]
+        counters[PASSES] = 0
+        counters[AGAIN] = 0
+        counters[FRICTION_NEXT] = 0
+        counters[stopping.LOOSE] = 0
+
+    @kernel
+    def advance_state(
+        # model
+        step_factors: wp.array(dtype=scalar),
+        # in
+        positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        carry: wp.array(dtype=wp.vec3d),
+        # out
+        next_positions: wp.array(dtype=vec3),
+        next_velocities: wp.array(dtype=vec3),
+        next_increments: wp.array(dtype=vec3),
+        next_carry: wp.array(dtype=wp.vec3d),
+    ):
+        i = wp.tid()
+        if i < carry.shape[0]:
+            next_carry[i] = carry[i]
+        velocity = velocities[i] + change[i]
+        next_increments[i] = change[i]
+        next_velocities[i] = velocity
+        next_positions[i] = positions[i] + step_factors[0] * velocity
+
+    @kernel
+    def add_up(
+        # in
+        before: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        # out
+        velocities: wp.array(dtype=vec3),
+    ):
+        i = wp.tid()
+        velocities[i] = before[i] + change[i]
+
+    @kernel
+    def take_difference(
+        # in
+        before: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        # in and out
+        change: wp.array(dtype=vec3),
+    ):
+        # where nothing was imposed, the change is left as it was, with all of its digits
+        i = wp.tid()
+        change[i] = change[i] + (velocities[i] - (before[i] + change[i]))
+
+    @kernel
+    def find_extremes(
+        # in
+        positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        # out
+        extremes: wp.array(dtype=wp.float64),
+    ):
+        # largest coordinate and largest component of a velocity
+        reach = scalar(0.0)
+        speed = scalar(0.0)
+        for i in range(positions.shape[0]):
+            reach = wp.max(reach, wp.max(wp.abs(positions[i])))
+            speed = wp.max(speed, wp.max(wp.abs(velocities[i])))
+        extremes[0] = wp.float64(reach)
+        extremes[1] = wp.float64(speed)
+
+    return SimpleNamespace(
+        right_side=right_side,
+        newton_right_side=newton_right_side,
+        begin_iteration=begin_iteration,
+        advance_state=advance_state,
+        add_up=add_up,
+        take_difference=take_difference,
+        find_extremes=find_extremes,
+    )

@@ -1,0 +1,143 @@
+"""Corotational linear elasticity of four-node tets (docs/method.md section 1).
+
+Per tet: deformation gradient F = Ds Dm^-1, rotation R = closest_rotation(F), S = R^T F, strain
+eps = sym(S) - I, first Piola-Kirchhoff stress P = R (2 mu eps + lambda tr(eps) I), nodal forces -V0
+P g_a with g_a the rest gradients of the shape functions. What belongs to a corner of a tet stands
+at slot 4 t + corner; corner 0 is minus the sum of the others, so the net force is zero by
+construction.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_softbody.kernels.elastic.polar_rotation import make_rotation
+from warp_softbody.kernels.elastic.tet_geometry import make_tets
+from warp_softbody.kernels.precision import real
+
+SUBJECT = "elasticity"
+
+
+@cache
+def make_elasticity(precision: str) -> SimpleNamespace:
+    """Kernels ``deform_tets``, ``stiffness_edges``, ``finish_nodes`` of a precision."""
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    kernel = types.kernel(SUBJECT)
+    closest_rotation = make_rotation(precision, SUBJECT).closest_rotation
+
+    tet = make_tets(precision, SUBJECT)
+    deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
+    isotropic_block = tet.isotropic_block
+
+    @kernel
+    def deform_tets(
+        # model
+        tets: wp.array(dtype=wp.vec4i),
+        rest_inverse: wp.array(dtype=mat33),
+        rest_volume: wp.array(dtype=scalar),
+        lame: wp.array(dtype=scalar),
+        muscular: int,
+        # in
+        positions: wp.array(dtype=vec3),
+        # out
+        rotations: wp.array(dtype=mat33),
+        gradients: wp.array(dtype=vec3),
+        area_rows: wp.array(dtype=mat33),
+        forces: wp.array(dtype=vec3),
+    ):
+        # area rows serve muscles alone
+        t = wp.tid()
+        corners = tets[t]
+        B = rest_inverse[t]
+        F = deformation(corners, B, positions)
+        R = closest_rotation(F)
+        Rt = wp.transpose(R)
+        volume = rest_volume[t]
+        rotations[t] = R
+        by_corner(4 * t, wp.sqrt(volume) * (B * Rt), gradients)
+        S = Rt * F
+        identity = wp.identity(n=3, dtype=scalar)
+        strain = scalar(0.5) * (S + wp.transpose(S)) - identity
+        stress = scalar(2.0) * lame[0] * strain + (lame[1] * wp.trace(strain)) * identity
+        by_corner(4 * t, (-volume) * (B * (stress * Rt)), forces)
+        if muscular != 0:
+            # rows: V0 cof(F) g_a, minus a third of the deformed, area-weighted outward normal
+            # opposite to corner a
+            area_rows[t] = volume * (B * wp.transpose(cofactor(F)))
+
+    @kernel
+    def stiffness_edges(
+        # model
+        edge_start: wp.array(dtype=int),
+        edge_corners: wp.array(dtype=wp.vec2i),
+        edge_slots: wp.array(dtype=wp.vec2i),
+        lame: wp.array(dtype=scalar),
+        step_factors: wp.array(dtype=scalar),
+        # in
+        gradients: wp.array(dtype=vec3),
+        # out
+        values: wp.array(dtype=mat33),
+    ):
+        # K_ab = V0 (lambda Ga Gb^T + mu Gb Ga^T + mu Ga.Gb I), G = R g; G comes times sqrt(V0)
+        edge = wp.tid()
+        outer = mat33()
+        for k in range(edge_start[edge], edge_start[edge + 1]):
+            corners = edge_corners[k]
+            outer += wp.outer(gradients[corners[0]], gradients[corners[1]])
+        block = isotropic_block(outer, step_factors[1] * lame[0], step_factors[1] * lame[1])
+        slots = edge_slots[edge]
+        values[slots[0]] = block
+        values[slots[1]] = wp.transpose(block)
+
+    @kernel
+    def finish_nodes(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        row_start: wp.array(dtype=int),
+        diagonal_slot: wp.array(dtype=int),
+        mass: wp.array(dtype=scalar),
+        rest_volume: wp.array(dtype=scalar),
+        gravity: wp.array(dtype=vec3),
+        step_factors: wp.array(dtype=scalar),
+        turned: int,
+        # in
+        velocities: wp.array(dtype=vec3),
+        rotations: wp.array(dtype=mat33),
+        forces: wp.array(dtype=vec3),
+        # out
+        values: wp.array(dtype=mat33),
+        node_rotations: wp.array(dtype=mat33),
+        impulses: wp.array(dtype=vec3),
+        momentum: wp.array(dtype=vec3),
+    ):
+        # ``turned``: the node rotations are known already
+        # diagonal block: rigid translations are in the null space of K, so its rows sum to the mass
+        # term
+        i = wp.tid()
+        slot = diagonal_slot[i]
+        others = mat33()
+        for k in range(row_start[i], row_start[i + 1]):
+            if k != slot:
+                others += values[k]
+        block = (mass[i] * step_factors[2]) * wp.identity(n=3, dtype=scalar) - others
+        values[slot] = scalar(0.5) * (block + wp.transpose(block))
+        force = mass[i] * gravity[0]
+        turn = mat33()
+        for k in range(node_start[i], node_start[i + 1]):
+            corner = node_corners[k]
+            force += forces[corner]
+            t = corner / 4
+            turn += rest_volume[t] * rotations[t]
+        if turned == 0:
+            node_rotations[i] = closest_rotation(turn)
+        # what the step would do without muscles, pushes and contact: M v + dt (f_x + f_e)
+        impulse = step_factors[0] * force
+        impulses[i] = impulse
+        momentum[i] = mass[i] * velocities[i] + impulse
+
+    return SimpleNamespace(
+        deform_tets=deform_tets, stiffness_edges=stiffness_edges, finish_nodes=finish_nodes
+    )

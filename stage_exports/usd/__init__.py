@@ -1,0 +1,1 @@
+"""USD stages, out and back in."""

@@ -1,0 +1,206 @@
+"""Arrays out of a stage, as they are stored; what they mean is checked by the reader.
+
+It imports little, because it is also run in a process of its own (`isolation.py`).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+from pxr import Sdf, Tf, Usd
+
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks
+from warp_softbody.stage_exports import conventions
+from warp_softbody.stage_exports.usd import watchdog
+
+Array = npt.NDArray[Any]
+GROUND_NUMBERS = (
+    conventions.GROUND_NORMAL,
+    conventions.GROUND_OFFSET,
+    conventions.GROUND_FRICTION,
+    conventions.GROUND_HEIGHTS,
+    conventions.GROUND_ROWS,
+    conventions.GROUND_ORIGIN,
+    conventions.GROUND_SPACING,
+)
+
+
+PARTNER_PRIMVARS = {
+    "nodes": conventions.CONTACT_NODE,
+    "partners": conventions.CONTACT_PARTNER,
+    "partner_nodes": conventions.CONTACT_PARTNER_NODES,
+    "partner_weights": conventions.CONTACT_PARTNER_WEIGHTS,
+}
+"""Attributes by the field of `ContactSample` that they hold."""
+
+
+class StoredContacts(TypedDict):
+    """What the samples of a contact prim hold, one array a frame."""
+
+    points: list[Array]
+    modes: list[Array]
+    forces: list[Array]
+    partners: list[dict[str, Array]]
+
+
+class StoredBody(TypedDict):
+    """One body's prims; series have a first axis of frames."""
+
+    name: str
+    codes: Array
+    color: Array
+    rest: Array
+    tets: Array
+    tet_points: Array
+    velocities: Array
+    skin_rest: Array
+    skin_points: Array
+    skin_faces: Array
+    fiber_points: Array | None
+    activations: Array | None
+    contacts: StoredContacts | None
+    patches: StoredContacts | None
+
+
+class StoredStage(TypedDict):
+    """Bodies of a stage, its clock, its ground by attribute, and its metadata."""
+
+    bodies: list[StoredBody]
+    fps: float
+    ground: dict[str, Array] | None
+    metadata: dict[str, str | float]
+
+
+def extract(path: str, name: str | None, every: bool) -> StoredStage:
+    """What a stage holds of one body, by default the first, or of every one.
+
+    Raises:
+        InputError: it has no such body, or the body lacks a value.
+    """
+    stage = open_stage(path)
+    bodies = _bodies(stage, path)
+    if name is not None and name not in bodies:
+        wanted = checks.shown(name)
+        raise InputError(f"{path!r} holds no body {wanted}; it holds: {', '.join(bodies)}")
+    chosen = list(bodies) if every else [name or next(iter(bodies))]
+    data = stage.GetRootLayer().customLayerData.get(conventions.METADATA_KEY, {})
+    return StoredStage(
+        bodies=[_body(bodies[one], path) for one in chosen],
+        fps=float(stage.GetTimeCodesPerSecond()),
+        ground=_ground(stage.GetPrimAtPath(conventions.GROUND)),
+        metadata={str(k): v for k, v in dict(data).items() if isinstance(v, str | int | float)},
+    )
+
+
+def extract_names(path: str) -> tuple[str, ...]:
+    """Names of the bodies of a stage, in the order they were written.
+
+    Raises:
+        InputError: it holds none.
+    """
+    # a prim ends with its stage
+    stage = open_stage(path)
+    return tuple(_bodies(stage, path))
+
+
+def open_stage(path: str | Path) -> Any:
+    """The stage as it is on disk now, whatever an earlier read of the same name has cached."""
+    try:
+        layer = Sdf.Layer.OpenAsAnonymous(str(path)) if Path(path).is_file() else None
+    except Tf.ErrorException:
+        layer = None
+    if layer is None:
+        raise InputError(f"{str(path)!r} is not a USD file that can be read")
+    return Usd.Stage.Open(layer)
+
+
+def body_prims(stage: Any) -> list[Any]:
+    """The prims of the world that have a skin and tets, in the order they were written."""
+    world = stage.GetPrimAtPath(conventions.WORLD)
+    children = world.GetChildren() if world else []
+    needed = (conventions.SKIN, conventions.TETS)
+    return [prim for prim in children if all(prim.GetChild(name) for name in needed)]
+
+
+def _bodies(stage: Any, path: str) -> dict[str, Any]:
+    bodies = {prim.GetName(): prim for prim in body_prims(stage)}
+    if not bodies:
+        raise InputError(f"{path!r} holds no character with a skin and tets")
+    return bodies
+
+
+def _body(body: Any, path: str) -> StoredBody:
+    skin, tets = (body.GetChild(name) for name in (conventions.SKIN, conventions.TETS))
+    codes = tets.GetAttribute("points").GetTimeSamples()
+    if not codes:
+        raise InputError(f"{path!r} holds no frame")
+    fibers = body.GetChild(conventions.FIBERS)
+    return StoredBody(
+        name=body.GetName(),
+        codes=np.array(codes),
+        color=_value(skin, "primvars:displayColor"),
+        rest=_value(tets, conventions.REST),
+        tets=_value(tets, "tetVertexIndices"),
+        tet_points=_series(tets, "points", codes),
+        velocities=_series(tets, "velocities", codes),
+        skin_rest=_value(skin, "points"),
+        skin_points=_series(skin, "points", codes),
+        skin_faces=_value(skin, "faceVertexIndices"),
+        fiber_points=_series(fibers, "points", codes) if fibers else None,
+        activations=_series(fibers, conventions.ACTIVATION, codes) if fibers else None,
+        contacts=_contacts(body.GetChild(conventions.CONTACTS), codes),
+        patches=_contacts(body.GetChild(conventions.PATCHES), codes),
+    )
+
+
+def _value(prim: Any, name: str, code: float | None = None) -> Array:
+    """A copy of a value; what USD hands out may be a view of the file."""
+    watchdog.feed()
+    attribute = prim.GetAttribute(name)
+    value = attribute.Get() if code is None else attribute.Get(code)
+    if value is None:
+        raise InputError(f"{prim.GetPath()} has no value of {name!r}")
+    array = np.array(value)
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"{prim.GetPath()} has a value of {name!r} that is no number")
+    return array
+
+
+def _series(prim: Any, name: str, codes: list[float]) -> Array:
+    arrays = [_value(prim, name, code) for code in codes]
+    for code, array in zip(codes, arrays, strict=True):
+        if array.shape != arrays[0].shape:
+            raise InputError(
+                f"{prim.GetPath()} has {len(array)} of {name!r} at the time code {code:g}, "
+                f"and {len(arrays[0])} before"
+            )
+    return np.stack(arrays)
+
+
+def _contacts(prim: Any, codes: list[float]) -> StoredContacts | None:
+    if not prim:
+        return None
+    return StoredContacts(
+        points=[_value(prim, "points", code) for code in codes],
+        modes=[_value(prim, conventions.CONTACT_MODE, code) for code in codes],
+        forces=[_value(prim, conventions.CONTACT_FORCE, code) for code in codes],
+        partners=[_partners(prim, code) for code in codes],
+    )
+
+
+def _partners(prim: Any, code: float) -> dict[str, Array]:
+    """Nodes and other sides of contacts, where a stage tells them."""
+    if not prim.HasAttribute(conventions.CONTACT_PARTNER):
+        return {}
+    return {name: _value(prim, attribute, code) for name, attribute in PARTNER_PRIMVARS.items()}
+
+
+def _ground(prim: Any) -> dict[str, Array] | None:
+    if not prim:
+        return None
+    found = {name: _value(prim, name) for name in GROUND_NUMBERS if prim.HasAttribute(name)}
+    return {**found, **{name: _value(prim, name) for name in ("points", "faceVertexIndices")}}

@@ -1,0 +1,75 @@
+"""One layer out of the chunks of a take; also run in a process of its own (`isolation.py`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf, Tf, UsdUtils
+
+from warp_softbody.errors import InputError
+from warp_softbody.stage_exports.usd import watchdog
+
+STATIC = "static.usdc"
+
+
+def closed_chunks(folder: Path) -> list[Path]:
+    """The chunks of a folder in the order of their frames."""
+    return sorted(folder.glob("frames_*.usdc"))
+
+
+def merge(folder: str, target: str) -> int:
+    """Write what does not move and all chunks of a folder as one stage.
+
+    Args:
+        folder: of the chunks.
+        target: a file that may be half-written when this fails.
+
+    Returns:
+        The number of frames.
+
+    Raises:
+        InputError: a chunk is missing or damaged.
+        OSError: the stage could not be written.
+    """
+    merged = Sdf.Layer.CreateAnonymous(".usda")
+    merged.TransferContent(_opened(Path(folder) / STATIC))
+    layers = [_opened(chunk) for chunk in closed_chunks(Path(folder))]
+    for layer in layers:
+        watchdog.feed()
+        UsdUtils.StitchLayers(merged, layer)
+    watchdog.feed()
+    merged.startTimeCode = layers[0].startTimeCode
+    merged.endTimeCode = layers[-1].endTimeCode
+    export(merged, target)
+    return len(merged.ListAllTimeSamples())
+
+
+def export(layer: Any, target: str) -> None:
+    """Write a layer; the file may be half-written when this fails.
+
+    Raises:
+        OSError: it could not be written.
+    """
+    try:
+        if not layer.Export(target):
+            raise OSError("USD could not export the layer")
+    except Tf.ErrorException as error:
+        raise OSError(reason(error)) from error
+
+
+def reason(error: Exception) -> str:
+    """The cause alone: USD appends every error that followed from it."""
+    if isinstance(error, Tf.ErrorException) and error.args:
+        return str(error.args[0].commentary)
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    return str(error)
+
+
+def _opened(path: Path) -> Any:
+    """A layer read anew: OpenAsAnonymous never hands out what an older file of that name held."""
+    layer = Sdf.Layer.OpenAsAnonymous(str(path)) if path.is_file() else None
+    if layer is None:
+        raise InputError(f"{path.name} is missing or damaged")
+    return layer

@@ -1,0 +1,152 @@
+"""Frames to a USD file, chunk by chunk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from threading import RLock
+from types import TracebackType
+from typing import Any
+
+from warp_softbody.errors import OutputError
+from warp_softbody.inputs import checks
+from warp_softbody.stage_exports.bodies import staged_bodies
+from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
+from warp_softbody.stage_exports.usd.chunks import USD, ChunkFolder
+from warp_softbody.stage_exports.usd.frame_checks import checked_time_code, owned
+from warp_softbody.stage_exports.usd.samples import TimedFrame, sample_layer
+from warp_softbody.stage_exports.usd.scene_checks import checked_metadata, checked_static_layer
+from warp_softbody.world.frame import Frame
+from warp_softbody.world.scene import Scene
+
+
+class StageWriter:
+    """Writes a take: `with StageWriter(path, scene) as stage: stage.write(frame)`.
+
+    Frames are copied and wait in memory until a chunk is full; closed chunks survive a crash (see
+    `recover`). At the end, also after an exception or Ctrl-C in the `with` body, the frames so far
+    become one valid file that replaces an older one in a single step. Without a frame nothing is
+    left behind. A finished take lets go of chunks that a crashed one of its name left.
+
+    A path that another process writes is refused. Of two writers of one path in one process the one
+    that closes last is refused, and its frames are kept for `recover`. A writer may be shared by
+    threads; the times of the frames must increase all the same.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        scene: Scene,
+        *,
+        fps: float = 30.0,
+        overwrite: bool = True,
+        metadata: Mapping[str, str | float] | None = None,
+        chunk_frames: int = 120,
+    ) -> None:
+        """Check everything that can be checked before the first frame; leave nothing on the disk.
+
+        Args:
+            path: target, ending in .usdc, .usda or .usd.
+            scene: what the frames are snapshots of.
+            fps: time codes per second; a frame stands at its own time times fps.
+            overwrite: replace an existing file; otherwise it is an OutputError.
+            metadata: kept in the stage's customLayerData, by name.
+            chunk_frames: frames held in memory at most.
+
+        Raises:
+            InputError: an option or a part of the scene cannot be stored.
+            OutputError: the path cannot be written, or another process writes it.
+        """
+        fps = checks.number("fps of a StageWriter", fps, above=0.0, unit="1/s")
+        chunk_frames = checks.whole("chunk_frames of a StageWriter", chunk_frames, low=1)
+        checks.truth("overwrite of a StageWriter", overwrite)
+        checks.instance("scene of a StageWriter", scene, Scene)
+        self._fps = fps
+        self._path = checked_target(path, extensions=EXTENSIONS, overwrite=overwrite)
+        self._bodies = staged_bodies(scene)
+        self._chunk_frames = chunk_frames
+        kept = checked_metadata({} if metadata is None else metadata)
+        where = self._path.parent
+        self._static: Any = checked_static_layer(scene, self._bodies, self._fps, kept, where)
+        self._chunks = ChunkFolder(self._path, overwrite=overwrite)
+        self._pending: list[TimedFrame] = []
+        self._stored = 0
+        self._last_time_code = -math.inf
+        self._closed = False
+        self._lock = RLock()
+
+    @property
+    def path(self) -> Path:
+        """Where the stage stands after closing."""
+        return self._path
+
+    def write(self, frame: Frame) -> None:
+        """Add a copy of a frame; times must increase.
+
+        Raises:
+            InputError: the frame is not one of this scene, or not later than the last one.
+            OutputError: the writer is closed, or a chunk could not be written.
+        """
+        checks.instance("frame to write", frame, Frame)
+        with self._lock:
+            self._require_open()
+            time_code = checked_time_code(frame, self._fps, self._last_time_code)
+            own = owned(frame, self._bodies)
+            self._chunks.begin()
+            self._pending.append(TimedFrame(time_code, own))
+            self._last_time_code = time_code
+            if len(self._pending) >= self._chunk_frames:
+                self._flush()
+
+    def close(self) -> None:
+        """Merge the chunks into the target; harmless when closed already.
+
+        Raises:
+            OutputError: the stage could not be written; closed chunks are kept for `recover`.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            try:
+                if self._pending:
+                    self._flush()
+                if self._stored:
+                    self._chunks.finish()
+            except OutputError:
+                self._closed = True
+                raise
+            finally:
+                if self._closed or not self._stored:
+                    self._chunks.leave()
+            self._closed = True
+
+    def __enter__(self) -> StageWriter:
+        """Write inside the body; from here on no other process may write this path."""
+        with self._lock:
+            self._require_open()
+            self._chunks.begin()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Keep the frames so far, whatever ended the body."""
+        self.close()
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise OutputError(f"{str(self._path)!r} is closed; no frame can be added")
+
+    def _flush(self) -> None:
+        """Close a chunk. The frames are let go last, so that an interrupt here loses none."""
+        if not self._stored:
+            self._chunks.start(self._static)
+        with USD:
+            samples = sample_layer(self._bodies, self._pending)
+        self._chunks.add(self._stored, samples)
+        self._stored, self._pending = self._stored + len(self._pending), []
+        self._static = None

@@ -1,0 +1,115 @@
+"""Warm starts: never worse than static contacts, and the same answer by every way to it."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from tests.controllers.qpcc.test_hard import changed, repeated
+from tests.controllers.qpcc.test_search import soft_body
+from warp_softbody.controllers import ContactQPCC, QPCCStatus, SolverOptions
+from warp_softbody.controllers.qp.daqp_solver import DAQPBackend
+from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
+from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
+from warp_softbody.errors import InputError
+
+MODES = 18
+
+
+def starts(seed: int, contacts: int, count: int) -> list[tuple[int, ...]]:
+    rng = np.random.default_rng(seed)
+    return [tuple(rng.integers(0, MODES, size=contacts).tolist()) for _ in range(count)]
+
+
+def never_worse(problem: ContactQPCC, start: tuple[int, ...], options: SolverOptions) -> None:
+    touching = np.array([mode != 0 for mode in start])
+    for holds in (None, touching):
+        static = solve_static(problem, touching=holds)
+        result = solve_qpcc(problem, start=start, touching=holds, options=options)
+        if static.status is QPCCStatus.STATIC:
+            # Objectives of one point by two ways of rounding: 1e-13 of the curvature of one.
+            assert result.objective <= static.objective + 1e-12
+
+
+@pytest.mark.parametrize("kicks", [0, 2])
+@pytest.mark.parametrize("contacts", [1, 4, 8])
+def test_from_any_start_the_result_is_never_worse_than_static_contacts(
+    contacts: int, kicks: int
+) -> None:
+    options = SolverOptions(kicks=kicks)
+    for seed in range(8):
+        problem = soft_body(seed, contacts=contacts, controls=12)
+        for start in starts(seed, contacts, 3):
+            never_worse(problem, start, options)
+
+
+def test_two_qps_are_enough_for_that() -> None:
+    for seed in range(8):
+        problem = soft_body(seed, contacts=4, controls=12)
+        for start in starts(seed, 4, 3):
+            never_worse(problem, start, SolverOptions(max_qps=2))
+
+
+def test_negative_values_and_no_constant_change_nothing_of_it() -> None:
+    for seed, start in zip(range(8), starts(0, 4, 8), strict=True):
+        problem = soft_body(seed, contacts=4, controls=12)
+        never_worse(changed(problem, constant=-10.0), start, SolverOptions(kicks=0))
+
+
+def test_redundant_contacts_that_disagree_hold_nowhere() -> None:
+    """Two contacts at one place whose gaps differ cannot both close; one of them can."""
+    problem = repeated(soft_body(0, contacts=2, controls=8), [0, 1, 0])
+    offset = problem.velocity_offset.copy()
+    reduced = ReducedProblem(problem, DAQPBackend())
+    assert reduced.solve((1, 1, 1)) is not None
+    offset[6] += 1e-5 * problem.scales[0]
+    reduced = ReducedProblem(changed(problem, velocity_offset=offset), DAQPBackend())
+    assert reduced.solve((1, 1, 1)) is None
+    assert reduced.solve((1, 1, 0)) is not None
+
+
+def test_a_limit_above_the_value_changes_nothing_and_one_below_ends_early() -> None:
+    for seed, modes in itertools.product(range(4), [(1, 1, 1, 1), (2, 1, 11, 0)]):
+        reduced = ReducedProblem(soft_body(seed, contacts=4, controls=12), DAQPBackend())
+        node = reduced.solve(modes)
+        if node is None:
+            continue
+        above = reduced.solve(modes, limit=node.value + 1e-6)
+        assert above is not None and above.value == node.value
+        assert reduced.solve(modes, limit=node.value - 1e-6) is None
+
+
+def test_a_short_reach_saves_qps_and_an_endless_one_changes_nothing() -> None:
+    near = far = 0
+    for seed, start in zip(range(8), starts(1, 4, 8), strict=True):
+        problem = soft_body(seed, contacts=4, controls=12)
+        endless, long, short = (
+            solve_qpcc(problem, start=start, options=SolverOptions(reach=reach))
+            for reach in (np.inf, 1e12, 0.1)
+        )
+        assert (long.objective, long.qp_count) == (endless.objective, endless.qp_count)
+        near, far = near + short.qp_count, far + long.qp_count
+    assert near < far
+    with pytest.raises(InputError, match="reach must be a positive number"):
+        SolverOptions(reach=0.0)
+
+
+def test_touching_contacts_are_one_truth_value_each() -> None:
+    problem = soft_body(0, contacts=2, controls=4)
+    with pytest.raises(InputError, match="touching must be 2 truth values"):
+        solve_qpcc(problem, start=(1, 1), touching=np.ones(3, dtype=bool))
+
+
+def test_a_sequence_of_warm_starts_is_the_same_every_time() -> None:
+    def follow() -> list[float]:
+        modes: tuple[int, ...] = (1, 1, 1, 1)
+        values = []
+        for seed in range(10):
+            result = solve_qpcc(soft_body(seed, contacts=4, controls=12), start=modes)
+            modes = result.modes
+            values.append(result.objective)
+        return values
+
+    assert follow() == follow()

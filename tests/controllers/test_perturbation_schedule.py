@@ -1,0 +1,62 @@
+"""Kicks are left out where the steps before say that they find nothing, and come back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tests.controllers.qpcc.test_search import soft_body
+from warp_softbody.controllers import QPCCResult, SolverOptions, solve_qpcc
+from warp_softbody.controllers.perturbation_schedule import CALM, HELD, KickRule
+
+KICKED = SolverOptions(kicks=2)
+QUIET = SolverOptions(kicks=0)
+MODES = (1, 1)
+
+
+def result(objective: float, modes: tuple[int, ...] = MODES) -> QPCCResult:
+    solved = solve_qpcc(soft_body(0, contacts=2, controls=8), start=MODES)
+    return replace(solved, objective=objective, modes=modes)
+
+
+def test_modes_that_hold_after_kicks_go_without_for_a_while() -> None:
+    rule, restless = KickRule(), result(2.0 * CALM)
+    assert rule.options(KICKED, QUIET) == KICKED
+    left_out = [rule.note(MODES, restless, usable=True) for _ in range(2 * HELD + 3)]
+    assert left_out == [i % (HELD + 1) != 0 for i in range(2 * HELD + 3)]
+    assert rule.options(KICKED, QUIET) == replace(KICKED, kick_held=False)
+
+
+def test_new_modes_bring_kicks_back() -> None:
+    rule = KickRule()
+    rule.note(MODES, result(2.0 * CALM), usable=True)
+    assert not rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)
+    assert rule.options(KICKED, QUIET) == KICKED
+    rule.note(MODES, result(2.0 * CALM), usable=True)
+    assert not rule.note(None, result(2.0 * CALM), usable=True)
+    assert rule.options(KICKED, QUIET) == KICKED
+
+
+def test_a_calm_step_is_followed_by_one_without_kicks() -> None:
+    rule = KickRule()
+    rule.note(MODES, result(0.5 * CALM, (1, 0)), usable=True)
+    assert rule.options(KICKED, QUIET) == QUIET
+    assert rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)
+    assert rule.options(KICKED, QUIET) == KICKED
+    rule.note(MODES, result(0.5 * CALM), usable=False)
+    assert rule.options(KICKED, QUIET) == KICKED
+
+
+def test_without_kicks_at_held_modes_others_are_kicked_all_the_same() -> None:
+    calls = {True: 0, False: 0}
+    for seed in range(6):
+        problem = soft_body(seed, contacts=4, controls=12)
+        for kick_held in calls:
+            options = SolverOptions(kicks=4, kick_held=kick_held)
+            first = solve_qpcc(problem, start=(1,) * 4, options=options)
+            again = solve_qpcc(problem, start=first.modes, options=options)
+            calls[kick_held] += again.qp_count
+            assert again.objective <= first.objective + 1e-12
+            plain = solve_qpcc(problem, start=first.modes, options=replace(options, kicks=0))
+            if not kick_held and plain.modes == first.modes:
+                assert again.qp_count == plain.qp_count
+    assert calls[False] < calls[True]

@@ -1,0 +1,203 @@
+"""The bridge's maps against dense solves and against the step itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.bodies import EXACT, Rig, crumpled, muscular_bar, rig
+from tests.verification import reference
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.engine import model as model_module
+from warp_softbody.engine.options import Precision
+from warp_softbody.engine.reduced_dynamics import Bridge
+from warp_softbody.errors import InputError
+
+DT = 0.01
+MATERIAL = Material(young_modulus=2e5, poisson_ratio=0.4, stiffness_damping=0.01, mass_damping=0.5)
+
+
+def stretched(fixed: Any = (), **options: Any) -> tuple[Rig, FloatArray]:
+    """A crumpled bar in flight with straight and winding fibres, and its matrix."""
+    bar = muscular_bar(MATERIAL, helix=True)
+    character = Character(
+        name="bar",
+        mesh=bar.mesh,
+        material=MATERIAL,
+        muscles=bar.muscles,
+        regions=bar.regions,
+        fixed=np.asarray(fixed, dtype=np.int32),
+    )
+    body = rig(character, gravity=(0.0, 0.0, -9.81), time_step=DT, **(EXACT | options))
+    positions = crumpled(bar.mesh, amount=0.05)
+    velocities = np.random.default_rng(4).standard_normal(positions.shape)
+    velocities[list(fixed)] = 0.0
+    body.place(positions, velocities)
+    body.stepper.assemble(body.state)
+    matrix = reference.step_matrix(body.model, body.positions)
+    held = (3 * np.asarray(fixed, dtype=int)[:, None] + np.arange(3)).ravel()
+    matrix[held] = 0.0
+    matrix[:, held] = 0.0
+    matrix[held, held] = 1.0
+    return body, matrix
+
+
+def some_rows(body: Rig, count: int, seed: int = 0) -> FloatArray:
+    """Random rows, the three momenta among them."""
+    rows = np.random.default_rng(seed).standard_normal((count, 3 * body.model.node_count))
+    for axis in range(min(3, count)):
+        rows[2 * axis] = 0.0
+        rows[2 * axis, axis::3] = body.masses
+    return rows
+
+
+@pytest.mark.parametrize("fixed", [(), (0, 1, 5, 40)])
+@pytest.mark.parametrize("count", [7, 16, 40])
+def test_responses_equal_a_dense_solve(fixed: Any, count: int) -> None:
+    """Momenta included, which the bridge answers in closed form where no node is fixed."""
+    body, matrix = stretched(fixed)
+    rows = some_rows(body, count)
+    problem = Bridge(body.stepper, row_capacity=count).solve(rows)
+    right = rows.T.copy()
+    right[(3 * np.asarray(fixed, dtype=int)[:, None] + np.arange(3)).ravel()] = 0.0
+    expected = np.linalg.solve(matrix, right).T
+    scale = np.abs(expected).max(axis=1, keepdims=True)
+    np.testing.assert_allclose(problem.responses / scale, expected / scale, atol=1e-9)
+    np.testing.assert_array_equal(problem.compliance, problem.compliance.T)
+    assert (np.linalg.eigvalsh(problem.compliance) > 0.0).all()
+    expected = rows @ expected.T
+    bound = 1e-9 * np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert (np.abs(problem.compliance - expected) <= bound).all()
+
+
+def test_momenta_are_answered_in_closed_form() -> None:
+    """D / (1 + dt mu) at every node, without an iteration."""
+    body, _ = stretched()
+    rows = np.zeros((3, body.model.node_count, 3))
+    for axis in range(3):
+        rows[axis, :, axis] = 2.5 * body.masses
+    problem = Bridge(body.stepper).solve(rows.reshape(3, -1))
+    assert problem.iterations == 0
+    expected = np.tile(2.5 * np.eye(3), body.model.node_count) / (1.0 + DT * 0.5)
+    np.testing.assert_allclose(problem.responses, expected, rtol=1e-12, atol=1e-14)
+    np.testing.assert_array_equal(problem.muscle_map, 0.0)
+
+
+def velocities_after(body: Rig, rest_lengths: FloatArray) -> FloatArray:
+    """v+ (3n,) of one step from the state as it is."""
+    body.control.rest_lengths.assign(rest_lengths)
+    body.stepper.step(body.state, body.control, body.contacts, body.after)
+    return np.asarray(body.after.velocities.numpy(), dtype=np.float64).ravel()
+
+
+@pytest.mark.parametrize("fixed", [(), (0, 1, 5, 40)])
+def test_free_velocity_is_the_slack_step_s(fixed: Any) -> None:
+    body, _ = stretched(fixed)
+    rows = some_rows(body, 20)
+    problem = Bridge(body.stepper, row_capacity=20).solve(rows, free=True)
+    expected = rows @ velocities_after(body, 1e6 * problem.rest_lengths)
+    scale = np.abs(rows) @ np.abs(body.velocities).ravel()
+    np.testing.assert_allclose(problem.free_velocity / scale, expected / scale, atol=1e-10)
+
+
+@pytest.mark.parametrize("fixed", [(), (0, 1, 5, 40)])
+def test_muscle_map_is_the_derivative_of_the_step(fixed: Any) -> None:
+    """v+ is linear in l_d below l, so central differences of any width are exact."""
+    body, _ = stretched(fixed)
+    rows = some_rows(body, 20)
+    problem = Bridge(body.stepper, row_capacity=20).solve(rows, free=True)
+    base = 0.9 * problem.lengths
+    differences = np.zeros_like(problem.muscle_map)
+    for segment in range(len(base)):
+        width = 0.05 * problem.lengths[segment]
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = base.copy()
+            moved[segment] += sign * width
+            ends.append(rows @ velocities_after(body, moved))
+        differences[:, segment] = (ends[0] - ends[1]) / (2.0 * width)
+    bound = 1e-8 * np.abs(problem.muscle_map).max(axis=1, keepdims=True) + 1e-9
+    assert (np.abs(differences - problem.muscle_map) <= bound).all()
+    whole = problem.free_velocity + problem.muscle_map @ (base - problem.lengths)
+    scale = np.abs(rows) @ np.abs(body.velocities).ravel()
+    np.testing.assert_allclose(
+        whole / scale, rows @ velocities_after(body, base) / scale, atol=1e-9
+    )
+
+
+def test_lengths_are_those_of_the_moved_fibres() -> None:
+    body, _ = stretched()
+    problem = Bridge(body.stepper).solve(some_rows(body, 7))
+    expected = reference.segment_lengths(body.model.scene.character, body.positions)
+    np.testing.assert_allclose(problem.lengths, expected, rtol=1e-12)
+    np.testing.assert_allclose(problem.rest_lengths[:12], 0.58 / 6, rtol=1e-12)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_default_tolerance_is_kept(precision: Precision) -> None:
+    """|J^T - M~ W| <= 1e-3 |J^T|, column by column, when warm and when rows change."""
+    body, matrix = stretched(precision=precision, bridge_tolerance=1e-3)
+    bridge = Bridge(body.stepper, row_capacity=32)
+    for seed, count in ((0, 20), (1, 20), (2, 9), (3, 32), (4, 20)):
+        rows = some_rows(body, count, seed)
+        problem = bridge.solve(rows)
+        left = rows - problem.responses @ matrix
+        share = np.linalg.norm(left, axis=1) / np.linalg.norm(rows, axis=1)
+        # the reference matrix and the residual itself are rounded in float32
+        assert share.max() <= 1.2e-3
+
+
+def test_warm_start_saves_the_iterations() -> None:
+    body, _ = stretched()
+    bridge = Bridge(body.stepper, row_capacity=20)
+    rows = some_rows(body, 20)
+    assert bridge.solve(rows).iterations > 0
+    assert bridge.solve(rows).iterations == 0
+
+
+def test_it_makes_room_for_more_rows() -> None:
+    body, matrix = stretched()
+    bridge = Bridge(body.stepper, row_capacity=16)
+    rows = some_rows(body, 40)
+    for count in (5, 40, 5):
+        problem = bridge.solve(rows[:count])
+        left = rows[:count] - problem.responses @ matrix
+        assert np.linalg.norm(left) <= 1e-9 * np.linalg.norm(rows[:count])
+    assert bridge.row_capacity >= 40
+
+
+def test_fewer_rows_use_fewer_blocks() -> None:
+    """After many rows, the answer to a few is that of a bridge that never had more, bit by bit."""
+    body, _ = stretched(precision="float32", bridge_tolerance=1e-3)
+    bridge = Bridge(body.stepper)
+    rows = some_rows(body, 40)
+    for count in (9, 40, 12):
+        problem = bridge.solve(rows[:count])
+        expected = Bridge(body.stepper, row_capacity=count).solve(rows[:count])
+        np.testing.assert_array_equal(problem.responses, expected.responses)
+        np.testing.assert_array_equal(problem.muscle_map, expected.muscle_map)
+        assert problem.iterations == expected.iterations
+
+
+def test_rows_of_another_length_are_refused() -> None:
+    body, _ = stretched()
+    bridge = Bridge(body.stepper, row_capacity=16)
+    with pytest.raises(InputError, match="rows of 189"):
+        bridge.solve(np.zeros((3, 7)))
+
+
+def test_two_levels_converge_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As for a mesh too large to factorise."""
+    monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
+    body, matrix = stretched((0, 1, 5, 40), bridge_tolerance=1e-3)
+    assert body.model.aggregation is not None
+    rows = some_rows(body, 20)
+    free = (matrix - np.eye(len(matrix))).any(axis=1)
+    problem = Bridge(body.stepper, row_capacity=20).solve(rows)
+    left = (rows - problem.responses @ matrix) * free
+    assert (np.linalg.norm(left, axis=1) <= 1.001e-3 * np.linalg.norm(rows, axis=1)).all()
+    assert problem.iterations <= 20

@@ -1,0 +1,91 @@
+"""Runs of columns and their panels, against the factor that they were laid out from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tests.support.bodies import box, crumpled, numbers, rig
+from warp_softbody.engine.options import Precision
+from warp_softbody.kernels.precision import BLOCK
+from warp_softbody.linear.block_ldlt import Freedom
+from warp_softbody.linear.block_sparsity import build_topology
+from warp_softbody.linear.preconditioner import WarpedFactor
+from warp_softbody.linear.supernodes import WIDEST, build_supernodes
+from warp_softbody.linear.symbolic_ldlt import Elimination, build_elimination
+
+
+def elimination_of(cells: tuple[int, int, int]) -> Elimination:
+    mesh = box(cells, jitter=0.1)
+    count = len(mesh.points)
+    return build_elimination(build_topology(mesh.tets, count), np.zeros(count, dtype=bool))
+
+
+def test_parents_come_after_whole_families() -> None:
+    """In a postorder the columns below each one in the elimination tree stand right before it."""
+    e = elimination_of((4, 3, 5))
+    count = len(e.order)
+    rows = np.repeat(np.arange(count), np.diff(e.row_start))
+    parent = np.full(count, count)
+    np.minimum.at(parent, e.column, rows)
+    family, first = np.ones(count + 1, dtype=int), np.arange(count + 1)
+    for k in range(count):
+        family[parent[k]] += family[k]
+        first[parent[k]] = min(first[parent[k]], first[k])
+    np.testing.assert_array_equal(np.arange(count) - first[:-1] + 1, family[:-1])
+
+
+@pytest.mark.parametrize("cells", [(1, 1, 1), (2, 2, 3), (4, 3, 5)])
+def test_every_block_has_one_place(cells: tuple[int, int, int]) -> None:
+    """Within a run or below it; runs cover the columns and are as wide as a register at most."""
+    e = elimination_of(cells)
+    runs = build_supernodes(e)
+    widths = np.diff(runs.first)
+    assert (widths >= 1).all() and (widths <= WIDEST).all()
+    assert runs.first[0] == 0 and runs.first[-1] == len(e.order)
+    inner = np.concatenate(
+        [np.arange(a, b) for a, b in zip(runs.inner_start, e.row_start[1:], strict=True)]
+    )
+    placed = runs.below_slot[runs.below_slot >= 0]
+    np.testing.assert_array_equal(
+        np.sort(np.concatenate([inner, placed])), np.arange(len(e.column))
+    )
+    lane_row, lane_column = np.nonzero(runs.below_slot >= 0)
+    slots = runs.below_slot[lane_row, lane_column]
+    rows = np.repeat(np.arange(len(e.order)), np.diff(e.row_start))
+    np.testing.assert_array_equal(rows[slots], runs.below[lane_row])
+    np.testing.assert_array_equal(e.column[slots], runs.first[runs.owner[lane_row]] + lane_column)
+    assert len(runs.targets) % BLOCK == 0
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_panels_solve_as_the_blocks_do(precision: Precision) -> None:
+    """Against the walk over blocks that the 16 right-hand sides of the bridge take."""
+    mesh = box((3, 3, 4), jitter=0.2)
+    body = rig(mesh, time_step=0.01, precision=precision)
+    body.place(crumpled(mesh))
+    body.stepper.assemble(body.state)
+    assembly, model, n = body.stepper.assembly, body.model, len(mesh.points)
+    factor = WarpedFactor(model, assembly.values, assembly.node_rotations)
+    freedom = Freedom(
+        model.zeros(n, wp.int32),
+        model.zeros(n, model.types.vec3),
+        model.zeros(n, model.types.mat33),
+    )
+    factor.renew(freedom)
+    factor.prepare(freedom)
+    vectors = np.random.default_rng(2).standard_normal((3 * n, BLOCK))
+    shape = (1, 3 * n)
+    right = model.array(vectors[None].astype(precision), model.types.block)
+    work, result = (model.zeros(shape, model.types.block) for _ in range(2))
+    factor.apply_block(right, work, result)
+    one = model.zeros(n, model.types.vec3)
+    columns = []
+    for column in vectors.T:
+        factor.apply(model.array(column.reshape(n, 3), model.types.vec3), one)
+        columns.append(numbers(one).ravel())
+    expected = result.numpy()[0]
+    # both end in rounding of sums of up to 3 n products, in another order
+    bound = 3 * n * np.finfo(precision).eps * np.abs(expected).max()
+    np.testing.assert_allclose(np.stack(columns, axis=1), expected, atol=bound)

@@ -1,0 +1,1 @@
+"""From runs to references, charts and settings tuned for an error."""

@@ -1,0 +1,82 @@
+"""Motions and how far apart they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
+from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.arrays import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """A run's motion, or a limit of several.
+
+    Attributes:
+        path: (f, k, 3) m, places of material points by frame.
+        functionals: values by name.
+    """
+
+    path: FloatArray
+    functionals: Mapping[str, float]
+
+
+def motion_of(outcome: Outcome | None) -> Motion | None:
+    """That of a complete run."""
+    if outcome is None or not outcome.complete:
+        return None
+    return Motion(path=outcome.path.astype(np.float64), functionals=outcome.functionals)
+
+
+def extrapolated(fine: Motion, coarse: Motion) -> Motion:
+    """The limit of a first-order method from steps of dt and 2 dt."""
+    return Motion(
+        path=2.0 * fine.path - coarse.path,
+        functionals={
+            name: 2.0 * value - coarse.functionals[name] for name, value in fine.functionals.items()
+        },
+    )
+
+
+def corrected(motion: Motion, fine: Motion, coarse: Motion) -> Motion:
+    """A motion and, on top, the difference between two others."""
+    return Motion(
+        path=motion.path + fine.path - coarse.path,
+        functionals={
+            name: value + fine.functionals[name] - coarse.functionals[name]
+            for name, value in motion.functionals.items()
+        },
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ruler:
+    """What distances between motions are measured with.
+
+    Attributes:
+        size: of the body, m.
+        by_functionals: whether the largest difference of a functional counts, not the nodes'.
+    """
+
+    size: float
+    by_functionals: bool
+
+    def distance(self, motion: Motion, reference: Motion) -> float:
+        """Relative: root mean square over points and frames, or of the worst functional."""
+        if self.by_functionals:
+            return max(self.differences(motion, reference).values())
+        apart = motion.path - reference.path
+        return float(np.sqrt((apart**2).sum(axis=2).mean())) / self.size
+
+    def differences(self, motion: Motion, reference: Motion) -> dict[str, float]:
+        """Of each functional, relative to its scale; infinite where that is 0, as of a height."""
+        found = {}
+        for name, value in reference.functionals.items():
+            apart = abs(motion.functionals[name] - value)
+            scale = FUNCTIONALS[name].scale or abs(value)
+            found[name] = apart / scale if scale else (np.inf if apart else 0.0)
+        return found

@@ -1,0 +1,160 @@
+"""The cheapest settings that hold a bound, chosen from a chart, with what was left out and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from warp_softbody.accuracy.analysis.design import reference_family
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.errors import InputError
+
+if TYPE_CHECKING:
+    from warp_softbody.accuracy.analysis.chart import Chart, Point
+
+MARGIN = 0.8
+"""Share of the bound that the error and the reference's own uncertainty together may take."""
+ALIKE = 0.1
+"""Costs that differ by less than this share count as equal: then the fewest changes are best."""
+SHOWN = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tuned:
+    """Settings that hold a bound.
+
+    Attributes:
+        scene: its name.
+        given: settings of the scene that the chart was made with, beside `Settings.cells`.
+        seconds: simulated by the chart.
+        bound: relative error asked for.
+        settings: the knobs.
+        error: found, with `uncertainty` that of the reference.
+        cost: ms of CPU time per simulated second, on the machine of the chart.
+        default_cost, default_error: of what is shipped.
+        left_out: sentences.
+        version: of the program.
+    """
+
+    scene: str
+    given: Mapping[str, float]
+    seconds: float
+    bound: float
+    settings: Settings
+    error: float
+    uncertainty: float
+    cost: float
+    default_cost: float
+    default_error: float
+    left_out: tuple[str, ...]
+    version: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {**asdict(self), "given": dict(self.given), "left_out": list(self.left_out)}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Tuned:
+        """Back from `to_dict`."""
+        return cls(
+            **{
+                **values,
+                "settings": Settings.from_dict(values["settings"]),
+                "left_out": tuple(values["left_out"]),
+            }
+        )
+
+
+def choose(chart: Chart, bound: float) -> Tuned:
+    """The cheapest point that holds ``bound`` with the margin, of those alike the plainest.
+
+    The reference's own runs are no settings to choose: nothing says what they err by.
+
+    Raises:
+        InputError: none does; the sentence says what the chart can promise.
+    """
+    scene, floor = chart.case.scene, chart.reference.uncertainty
+    own = set(reference_family(chart.case))
+    eligible = [point for point in chart.points if point.eligible and point.settings not in own]
+    holding = [point for point in eligible if _holds(point, bound, floor)]
+    if not holding:
+        best = min((_error(point) for point in eligible), default=math.inf)
+        raise InputError(
+            f"no settings of {scene!r} hold {_percent(bound)} with the margin: the best point is "
+            f"off by {_percent(best)}, and the reference is only known to {_percent(floor)}; the "
+            f"least bound that can be held is {_percent(_above((best + floor) / MARGIN))}"
+        )
+    chosen, default = _plainest(chart, holding), chart.default
+    return Tuned(
+        scene=scene,
+        given=chart.case.given,
+        seconds=chart.case.seconds,
+        bound=bound,
+        settings=chosen.settings,
+        error=_error(chosen),
+        uncertainty=floor,
+        cost=chosen.outcome.cost,
+        default_cost=default.outcome.cost,
+        default_error=_error(default),
+        left_out=tuple(_left_out(chart, chosen)),
+        version=chart.version,
+    )
+
+
+def _plainest(chart: Chart, holding: list[Point]) -> Point:
+    default = chart.case.default
+    least = min(point.outcome.cost for point in holding)
+    alike = [point for point in holding if point.outcome.cost <= (1.0 + ALIKE) * least]
+    return min(alike, key=lambda p: (p.settings.changes(default), p.outcome.cost))
+
+
+def _holds(point: Point, bound: float, floor: float) -> bool:
+    return _error(point) + floor <= MARGIN * bound
+
+
+def _error(point: Point) -> float:
+    return float("inf") if point.error is None else point.error
+
+
+def _left_out(chart: Chart, chosen: Point) -> list[str]:
+    """Cheaper points of the frontier, which err too much, then dearer ones, the nearest first."""
+    default = chart.case.default
+    cheaper = [p for p in chart.frontier if _error(p) > _error(chosen)][::-1][:SHOWN]
+    dearer = [p for p in chart.frontier if _error(p) < _error(chosen)]
+    dearer = [p for p in dearer if p.outcome.cost > chosen.outcome.cost][:SHOWN]
+    told = [
+        f"{p.settings.differences(default)}: {_ratio(p, chosen)} of the cost, "
+        f"but an error of {100.0 * _error(p):.2g} %"
+        for p in cheaper
+    ]
+    told += [
+        f"{p.settings.differences(default)}: not needed; an error of {100.0 * _error(p):.2g} % "
+        f"for {_ratio(p, chosen)} of the cost"
+        for p in dearer
+    ]
+    unsettled = [
+        p
+        for p in chart.points
+        if p.solver == "ours" and not p.eligible and p.outcome.cost < chosen.outcome.cost
+    ]
+    if unsettled:
+        told.append(f"{len(unsettled)} cheaper points whose steps did not settle, or that failed")
+    return told
+
+
+def _above(share: float) -> float:
+    """Rounded up to the two digits that are told, so that the bound told can be held."""
+    if not math.isfinite(share):
+        return share
+    digit = 10.0 ** (math.floor(math.log10(share)) - 1)
+    return math.ceil(share / digit) * digit
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g}%"
+
+
+def _ratio(point: Point, chosen: Point) -> str:
+    return f"{point.outcome.cost / chosen.outcome.cost:.2g}"

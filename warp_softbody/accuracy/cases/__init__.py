@@ -1,0 +1,1 @@
+"""What charts compare: the cases, their settings, and the numbers taken from a motion."""

@@ -1,0 +1,68 @@
+"""A row of the table of charts, and the meshes and time steps that rows are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.engine.options import Elements
+
+Mesh = tuple["int | None", int]
+"""Cells and level, as in `Settings`."""
+
+OWN: Mesh = (None, 0)
+FINER: Mesh = (None, 1)
+FINEST: Mesh = (None, 2)
+TIME_STEPS = tuple(1.0 / (30 * 2**k) for k in range(8))
+"""s: 1/30, 1/60, ... 1/3840; each fills a frame of 1/30 s a whole number of times."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A row of the table.
+
+    Attributes:
+        scene: its name.
+        given: its settings beside `cells`.
+        seconds: simulated.
+        functionals: what is measured of the motion, the first one first.
+        controlled: errors are those of the functionals, as a controller's trajectories part.
+        time_step: the shipped one, s.
+        meshes: of the grid, coarse to fine; those with cells where the scene has that setting.
+        time_steps: of the grid, coarse to fine.
+        knobs: other values than the default's.
+        finest, beside: meshes of the reference and their smallest time steps (`reference.py`).
+        elements: of the reference.
+        quick: other values of these fields for `--quick`.
+        products: most points that combine knobs, and most in a round of neighbours.
+        reach: times the default's cost up to which knobs are combined.
+        peers: other programs that can run it (`peers.py`).
+    """
+
+    scene: str
+    given: Mapping[str, float] = field(default_factory=dict)
+    seconds: float
+    functionals: tuple[str, ...]
+    controlled: bool = False
+    time_step: float = 1.0 / 120.0
+    meshes: tuple[Mesh, ...]
+    time_steps: tuple[float, ...]
+    knobs: Mapping[str, tuple[Any, ...]]
+    finest: tuple[Mesh, float]
+    beside: tuple[Mesh, float]
+    elements: Elements = "smoothed"
+    quick: Mapping[str, Any] = field(default_factory=dict)
+    products: int = 24
+    reach: float = 16.0
+    peers: tuple[str, ...] = ()
+
+    @property
+    def default(self) -> Settings:
+        """The point that `run` makes where nothing is said."""
+        return Settings(time_step=self.time_step)
+
+    def quickly(self) -> Case:
+        """The same, short and coarse."""
+        return replace(self, **{"products": 6, **self.quick})

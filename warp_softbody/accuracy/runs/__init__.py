@@ -1,0 +1,1 @@
+"""Running a case in this and in other programs, kept in a journal, on several workers."""

@@ -1,0 +1,50 @@
+"""Gathers the frames of a run and makes of them what is kept."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody import scenes
+from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
+from warp_softbody.accuracy.cases.track import Probe, Track, material_points
+from warp_softbody.arrays import FloatArray
+from warp_softbody.world.scene import Scene
+
+if TYPE_CHECKING:
+    from warp_softbody.accuracy.runs.running import Job
+
+
+class Recording:
+    """Frames of a run on any mesh, and the same material points on all of them."""
+
+    def __init__(self, job: Job, scene: Scene, masses: FloatArray) -> None:
+        """Find the material points, which are nodes of the scene's own mesh."""
+        own = scenes.make(job.scene, job.given).scene
+        self._probe = Probe(scene, material_points(own))
+        self._names = job.functionals
+        self._scene = scene
+        self._masses = masses
+        self._times: list[float] = []
+        self._frames: list[FloatArray] = []
+
+    def add(self, time: float, positions: FloatArray) -> None:
+        """Keep a frame."""
+        self._times.append(time)
+        self._frames.append(positions)
+
+    def functionals(self) -> dict[str, float]:
+        """Values of those asked for."""
+        track = Track(
+            scene=self._scene,
+            times=np.array(self._times),
+            points=np.stack(self._frames),
+            masses=self._masses,
+        )
+        return {name: FUNCTIONALS[name].of(track) for name in self._names}
+
+    def path(self) -> npt.NDArray[np.float32]:
+        """(f, k, 3) m; rounded to single precision, some 1e-7 of the body's size."""
+        return np.stack([self._probe(frame) for frame in self._frames]).astype(np.float32)

@@ -1,0 +1,1 @@
+"""What a body is: mesh, material, muscles, and how these are read and made."""

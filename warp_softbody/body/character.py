@@ -1,0 +1,103 @@
+"""A character: a body, what it is made of, its muscles and its named regions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.body.directional_friction import (
+    DirectionalFriction,
+    NodeFriction,
+    friction_by_node,
+)
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.muscles import Fiber, MuscleGroup
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.inputs.records import FrozenValue
+
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Character(FrozenValue):
+    """Everything about a body that does not change while it moves.
+
+    Attributes:
+        name: also the name of its prim in the stage, so a valid identifier.
+        mesh: rest shape.
+        material: elastic constants, density and damping.
+        muscles: groups of fibres; empty for a passive body.
+        regions: nodes by name ("base", "head", ...); given as indices in any order or as a mask of
+            the mesh's nodes, kept as ascending indices (k,) int32; those of the mesh are taken up.
+        fixed: nodes that never move, given and kept likewise.
+        color: display colour, linear RGB in 0..1.
+        directional_friction: of regions that slide more easily one way than another.
+    """
+
+    name: str
+    mesh: TetMesh
+    material: Material = field(default_factory=Material)
+    muscles: tuple[MuscleGroup, ...] = ()
+    regions: Mapping[str, IntArray] = field(default_factory=dict)
+    fixed: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    color: tuple[float, float, float] = (0.80, 0.30, 0.24)
+    directional_friction: tuple[DirectionalFriction, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the name and the index sets against the mesh."""
+        name = input_kinds.identifier("Character.name", self.name)
+        mesh = checks.instance("Character.mesh", self.mesh, TetMesh)
+        checks.instance("Character.material", self.material, Material)
+        count = len(mesh.points)
+        named = {**mesh.regions, **input_kinds.mapping("Character.regions", self.regions)}
+        regions = {
+            input_kinds.name(f"name of a region of {name!r}", region): input_kinds.node_set(
+                f"region {region!r} of {name!r}", nodes, count
+            )
+            for region, nodes in named.items()
+        }
+        checks.keep(
+            self,
+            muscles=checks.items("Character.muscles", self.muscles, MuscleGroup),
+            regions=MappingProxyType(regions),
+            fixed=input_kinds.node_set(f"Character.fixed of {name!r}", self.fixed, count),
+            color=input_kinds.color(f"Character.color of {name!r}", self.color),
+            directional_friction=checks.items(
+                "Character.directional_friction", self.directional_friction, DirectionalFriction
+            ),
+        )
+        input_kinds.distinct(f"muscle groups of {name!r}", (group.name for group in self.muscles))
+        input_kinds.distinct(f"fibres of {name!r}", (fiber.name for fiber in self.fibers))
+        for friction in self.directional_friction:
+            self.region(friction.region)
+
+    @property
+    def fibers(self) -> tuple[Fiber, ...]:
+        """All fibres, in the order of the segments of the model."""
+        return tuple(fiber for group in self.muscles for fiber in group.fibers)
+
+    @property
+    def segment_count(self) -> int:
+        """Number of muscle segments of all groups."""
+        return sum(group.segment_count for group in self.muscles)
+
+    @cached_property
+    def node_friction(self) -> NodeFriction:
+        """What directional friction says of each node."""
+        return friction_by_node(self)
+
+    def region(self, name: str) -> IntArray:
+        """Node indices of a named region; one sentence when there is none of that name."""
+        if not isinstance(name, str) or name not in self.regions:
+            known = ", ".join(sorted(self.regions)) or "none"
+            raise InputError(
+                f"character {self.name!r} has no region {checks.shown(name)}; it has: {known}"
+            )
+        return self.regions[name]

@@ -1,0 +1,1 @@
+"""What the package asks of Warp as a whole, and reading device arrays on the host."""

@@ -1,0 +1,211 @@
+"""Rotations, elastic forces and the step's matrix at some positions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.model_arrays import MaterialPart
+from warp_softbody.engine.options import TANGENTS
+from warp_softbody.kernels.elastic.corotated import make_elasticity
+from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
+from warp_softbody.kernels.elastic.smoothed import make_smoothing
+from warp_softbody.kernels.elastic.tangent import make_tangent
+
+
+@dataclass(frozen=True)
+class Phase:
+    """Work on ``count`` independent items; ``launch(first, last)`` launches a part of it."""
+
+    count: int
+    launch: Callable[[int, int], None]
+
+
+class Assembly:
+    """Work arrays of the elastic part of a step; launches are capturable.
+
+    Attributes:
+        rotations: (m,) mat33 of the tets.
+        area_rows: (m,) mat33, deformed face areas for the muscles.
+        values: (blocks,) mat33, the matrix M~.
+        node_rotations: (n,) mat33, means over the tets around.
+        impulses: (n,) vec3 N s, dt (f_x + f_e).
+        momentum: (n,) vec3, M v + dt (f_x + f_e).
+    """
+
+    def __init__(self, model: Model) -> None:
+        """Allocate for a model."""
+        types, n, m, options = model.types, model.node_count, model.tet_count, model.options
+        self._model = model
+        self._elasticity = make_elasticity(options.precision)
+        self._muscular = int(model.segment_count > 0)
+        self.rotations = model.zeros(m, types.mat33)
+        self.area_rows = model.zeros(m, types.mat33) if self._muscular else None
+        self.values = model.zeros(len(model.topology.column), types.mat33)
+        self.node_rotations = model.zeros(n, types.mat33)
+        self.impulses = model.zeros(n, types.vec3)
+        self.momentum = model.zeros(n, types.vec3)
+        self._gradients = model.zeros(4 * m, types.vec3)
+        self._forces = model.zeros(4 * m, types.vec3)
+        self._edge_count = len(model.topology.edge_slots)
+        self._exact_volume: Any = None
+        if any(part.material.volume == "exact" for part in model.materials):
+            self._exact_volume = make_exact_volume(options.precision)
+            self._volume_gradients = model.zeros(4 * m, types.vec3)
+        self._tangent: Any = None
+        self._smoothing: Any = None
+        if options.tangent != "warped":
+            self._tangent = make_tangent(options.precision)
+            self._couplings = model.zeros(4 * m, types.mat33)
+        if options.elements == "smoothed":
+            self._smoothing = make_smoothing(options.precision)
+            self._deformations = model.zeros(m, types.mat33)
+            self._edge_stresses = model.zeros(self._edge_count, types.mat33)
+            self._edge_rotations = model.zeros(self._edge_count, types.mat33)
+            self._node_stresses = model.zeros(n, types.mat33)
+            self._volume_gradients = model.zeros(16 * m, types.vec3)
+
+    def launch(self, positions: Any, velocities: Any) -> None:
+        """Launch all of it; ``velocities`` are those of the momentum."""
+        for phase in self.phases(positions, velocities):
+            phase.launch(0, phase.count)
+
+    def phases(self, positions: Any, velocities: Any) -> list[Phase]:
+        """The work in order; each phase reads what the ones before it wrote."""
+        m = self._model
+        tets = [Phase(m.tet_count, lambda a, b: self._tets(positions, a, b))]
+        if self._smoothing is not None:
+            tets = [
+                Phase(m.tet_count, lambda a, b: self._deform(positions, a, b)),
+                Phase(self._edge_count, self._edge_stress),
+                Phase(m.node_count, self._node_stress),
+                Phase(m.tet_count, self._smoothed_tets),
+            ]
+        edges = [Phase(self._edge_count, self._edges)]
+        if self._smoothing is not None:
+            edges = [Phase(self._edge_count, self._smoothed_edges)]
+        if self._tangent is not None:
+            edges = [
+                Phase(m.tet_count, lambda a, b: self._couple(positions, a, b)),
+                Phase(self._edge_count, self._coupled_edges),
+            ]
+        nodes = [Phase(m.node_count, lambda a, b: self._nodes(velocities, a, b))]
+        return [*tets, *edges, *nodes]
+
+    def _launch(
+        self, kernel: Any, first: int, last: int, inputs: list[Any], outputs: list[Any]
+    ) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=last - first, inputs=inputs, outputs=outputs, device=device)
+
+    def _body(self, a: int, b: int) -> list[Any]:
+        arrays = self._model.arrays
+        names = ("tets", "rest_inverse", "rest_volume")
+        return [arrays[name][a:b] for name in names]
+
+    def _areas(self, a: int, b: int) -> Any:
+        return None if self.area_rows is None else self.area_rows[a:b]
+
+    def _by_body(self, kind: str, first: int, last: int) -> Iterator[tuple[MaterialPart, int, int]]:
+        """The parts of a range of "tets", "edges" or "nodes" that belong to one body each."""
+        for part in self._model.materials:
+            own = getattr(part, kind)
+            a, b = max(first, own.start), min(last, own.stop)
+            if a < b:
+                yield part, a, b
+
+    def _tets(self, positions: Any, first: int, last: int) -> None:
+        for part, a, b in self._by_body("tets", first, last):
+            inputs = [*self._body(a, b), part.lame, self._muscular, positions]
+            corners = slice(4 * a, 4 * b)
+            outputs = [self.rotations[a:b], self._gradients[corners], self._areas(a, b)]
+            outputs.append(self._forces[corners])
+            elasticity = self._elasticity
+            if part.material.volume == "exact":
+                elasticity = self._exact_volume
+                outputs.append(self._volume_gradients[corners])
+            self._launch(elasticity.deform_tets, a, b, inputs, outputs)
+
+    def _deform(self, positions: Any, a: int, b: int) -> None:
+        inputs = [*self._body(a, b), self._muscular, positions]
+        outputs = [self._deformations[a:b], self._areas(a, b)]
+        self._launch(self._smoothing.deformation_gradients, a, b, inputs, outputs)
+
+    def _edge_stress(self, first: int, last: int) -> None:
+        arrays = self._model.arrays
+        for part, a, b in self._by_body("edges", first, last):
+            around = [arrays["edge_start"][a : b + 1], arrays["edge_corners"]]
+            inputs = [*around, arrays["rest_volume"], part.lame, self._deformations]
+            outputs = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
+            self._launch(self._smoothing.stress_edges, a, b, inputs, outputs)
+
+    def _node_stress(self, first: int, last: int) -> None:
+        arrays = self._model.arrays
+        for part, a, b in self._by_body("nodes", first, last):
+            around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
+            inputs = [*around, arrays["rest_volume"], part.lame, self._deformations]
+            outputs = [self._node_stresses[a:b], self.node_rotations[a:b]]
+            self._launch(self._smoothing.stress_nodes, a, b, inputs, outputs)
+
+    def _smoothed_tets(self, a: int, b: int) -> None:
+        tets, *rest = self._body(a, b)
+        structure = [tets, self._model.arrays["tet_edges"][a:b], *rest]
+        stresses = [self._edge_stresses, self._edge_rotations, self._node_stresses]
+        stresses.append(self.node_rotations)
+        corners, volumes = slice(4 * a, 4 * b), slice(16 * a, 16 * b)
+        outputs = [self.rotations[a:b], self._gradients[corners]]
+        outputs += [self._volume_gradients[volumes], self._forces[corners]]
+        self._launch(self._smoothing.smoothed_tets, a, b, [*structure, *stresses], outputs)
+
+    def _edge_inputs(self, part: MaterialPart, a: int, b: int) -> list[Any]:
+        arrays = self._model.arrays
+        around = [arrays["edge_start"][a : b + 1], arrays["edge_corners"]]
+        material = [part.lame, part.step_factors]
+        return [*around, arrays["edge_slots"][a:b], *material, self._gradients]
+
+    def _each_edge(self, kernel: Any, first: int, last: int, *more: Any) -> None:
+        for part, a, b in self._by_body("edges", first, last):
+            inputs = [*self._edge_inputs(part, a, b), *more]
+            self._launch(kernel, a, b, inputs, [self.values])
+
+    def _edges(self, first: int, last: int) -> None:
+        for part, a, b in self._by_body("edges", first, last):
+            if part.material.volume == "exact":
+                kernel = self._exact_volume.stiffness_edges
+                self._each_edge(kernel, a, b, self._volume_gradients)
+            else:
+                self._each_edge(self._elasticity.stiffness_edges, a, b)
+
+    def _smoothed_edges(self, first: int, last: int) -> None:
+        self._each_edge(self._smoothing.smoothed_edges, first, last, self._volume_gradients)
+
+    def _couple(self, positions: Any, first: int, last: int) -> None:
+        kind = TANGENTS.index(self._model.options.tangent)
+        for part, a, b in self._by_body("tets", first, last):
+            tets, rest_inverse, _ = self._body(a, b)
+            body = [tets, rest_inverse, part.lame, kind]
+            corners = slice(4 * a, 4 * b)
+            inputs = [*body, positions, self.rotations[a:b], self._gradients[corners]]
+            outputs = [self._couplings[corners]]
+            self._launch(self._tangent.couple_tets, a, b, inputs, outputs)
+
+    def _coupled_edges(self, first: int, last: int) -> None:
+        self._each_edge(self._tangent.coupled_edges, first, last, self._couplings)
+
+    def _nodes(self, velocities: Any, first: int, last: int) -> None:
+        arrays = self._model.arrays
+        turned = int(self._smoothing is not None)
+        for part, a, b in self._by_body("nodes", first, last):
+            around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
+            rows = [arrays["row_start"][a : b + 1], arrays["diagonal_slot"][a:b]]
+            body = [arrays["mass"][a:b], arrays["rest_volume"]]
+            step = [arrays["gravity"], part.step_factors, turned]
+            now = [velocities[a:b], self.rotations, self._forces]
+            outputs = [self.values, self.node_rotations[a:b]]
+            outputs += [self.impulses[a:b], self.momentum[a:b]]
+            inputs = [*around, *rows, *body, *step, *now]
+            self._launch(self._elasticity.finish_nodes, a, b, inputs, outputs)

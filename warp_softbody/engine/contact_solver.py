@@ -1,0 +1,297 @@
+"""Contact of a step: solves with given modes, and the choice of modes, until they settle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.device.host_view import HostView
+from warp_softbody.engine.assembly import Assembly
+from warp_softbody.engine.friction_cone import make_friction
+from warp_softbody.engine.ground_detection import make_detection
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.momentum_account import Accountant
+from warp_softbody.engine.pair_contact import Known, PairContact, PairRows
+from warp_softbody.engine.state import Contacts, PairStates, State
+from warp_softbody.engine.step_statistics import StepStatistics
+from warp_softbody.kernels.contact import stages as contact_stages
+from warp_softbody.kernels.contact.step_ends import make_contact_ends
+from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.rigid_balance import make_rigid_balance
+from warp_softbody.linear.block_ldlt import Freedom
+from warp_softbody.linear.pcg import ConjugateGradients
+from warp_softbody.linear.preconditioner import make_preconditioner
+
+FRESH_ITERATIONS = 3
+"""Iterations of one pass that even a fresh factor would need."""
+
+
+class ContactResolution:
+    """Finds the velocities of a step and the contact modes that go with them.
+
+    Attributes:
+        right: (n,) vec3 N s, known impulses of the step, without contact.
+        right_with_slip: the same with the constant part of friction.
+        outer_impulses: (n,) vec3 N s, of the forces from outside, without gravity.
+        before: (n,) vec3 m/s, the velocities before the step.
+        accountant: keeps the account of all steps.
+        start: (n,) vec3 m/s, the change that the step's first solve starts from.
+        change: (n,) vec3 m/s, what the step adds to the velocities.
+        carry: (2 bodies,) vec3d, momenta that rounding keeps velocities from taking.
+        preconditioner: of the solves.
+    """
+
+    def __init__(self, model: Model, assembly: Assembly) -> None:
+        """Work arrays for the matrix that ``assembly`` makes."""
+        types, n = model.types, model.node_count
+        self._model = model
+        self._assembly = assembly
+        self._kernels = make_friction(model)
+        self._rigid_balance = make_rigid_balance(model.options.precision)
+        bodies = len(model.scene.parts)
+        self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
+        self.carry = model.zeros(2 * bodies, wp.vec3d)
+        self._ends = make_contact_ends(model.options.precision)
+        self._detection = make_detection(model)
+        self.right = model.zeros(n, types.vec3)
+        self.right_with_slip = model.zeros(n, types.vec3)
+        self.outer_impulses = model.zeros(n, types.vec3)
+        self.change = model.zeros(n, types.vec3)
+        self._velocities = model.zeros(n if model.scene.has_pairs else 0, types.vec3)
+        self._normal_velocity = model.zeros(model.contact_count, types.scalar)
+        self._changed = model.zeros(model.contact_count, wp.int32)
+        pair = wp.types.vector(length=2, dtype=types.scalar)
+        self._violations = model.zeros(model.contact_count, pair)
+        self._largest_violations = model.zeros(1, pair)
+        self.preconditioner = make_preconditioner(model, assembly.values, assembly.node_rotations)
+        self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
+        self.before, self.start = self._solver.before, self._solver.start
+        self._pairs: PairContact | None = None
+        self.accountant = Accountant(model)
+        self._read_counters = HostView(self._solver.counters).read
+        self._read_scalars = HostView(self._solver.scalars).read
+        self._read_violations = HostView(self._largest_violations).read
+        self._renewing = False
+        self._fresh = float(FRESH_ITERATIONS)
+        if model.scene.has_pairs:
+            self._pairs = PairContact(model, self._solver, assembly.values)
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        if dim > 0:
+            device = self._model.options.device
+            wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def find_pairs(self, state: State, contacts: Contacts) -> None:
+        """Which surfaces may touch in a step from ``state`` on; not to be captured."""
+        if self._pairs is not None and contacts.pairs is not None:
+            self._pairs.find(state, contacts.pairs)
+            self._renewing = self.preconditioner.stale
+
+    def launch_first(self, state: State, contacts: Contacts, renew: bool) -> None:
+        """Launch the first solve of a step, with the modes of the last one."""
+        self._solver.counters.zero_()
+        self._add_pair_frictions(contacts)
+        self._solver.set_target(self.right)
+        if self._detection is not None:
+            self._detection.launch(state, self._normal_velocity, self._solver.normals)
+        self._launch_pass(state, contacts, renew=renew, first=True)
+
+    def launch_next(self, state: State, contacts: Contacts) -> None:
+        """Launch the first solve of a further Newton iteration."""
+        self._add_pair_frictions(contacts)
+        self._solver.set_target(self.right)
+        self._launch(self._ends.begin_iteration, 1, [], [self._solver.counters])
+        self._launch_pass(state, contacts)
+
+    def launch_modes(self, state: State, contacts: Contacts) -> None:
+        """Launch the choice of modes, and solves with them, until they settle."""
+        if not self._model.contact_count and self._pairs is None:
+            return
+        self._launch_update(contacts)
+
+        def settle() -> None:
+            self._launch_pass(state, contacts)
+            self._launch_update(contacts)
+
+        again = contact_stages.AGAIN
+        wp.capture_while(self._solver.counters[again : again + 1], settle)
+        if self._pairs is not None:
+            wp.capture_if(self._pairs.unsettled, lambda: self._launch_ending(state, contacts))
+
+    def _launch_ending(self, state: State, contacts: Contacts) -> None:
+        """Launch the end of a step whose pairs did not settle."""
+        if self._pairs is None or contacts.pairs is None:
+            return
+        frictions, stiffness = contacts.friction_forces, contacts.slip_stiffness
+        sides = (self.right, self.right_with_slip, frictions, stiffness)
+        moved = (self.before, self.change, self._velocities)
+        known = Known(*sides, *moved, self._add_up, self._take_difference)
+
+        def solve(pairs: PairStates | None) -> None:
+            self._launch_pass(state, replace(contacts, pairs=pairs))
+
+        self._pairs.end_safely(contacts.pairs, solve, self._solver, known)
+
+    def _add_pair_frictions(self, contacts: Contacts) -> None:
+        if self._pairs is not None and contacts.pairs is not None:
+            known = [self.right, contacts.friction_forces, self.right_with_slip]
+            self._pairs.add_frictions(contacts.pairs, *known)
+
+    def _launch_pass(
+        self,
+        state: State,
+        contacts: Contacts,
+        *,
+        renew: bool = False,
+        first: bool = False,
+    ) -> None:
+        m, a, k = self._model, self._model.arrays, self._kernels
+        if m.contact_count:
+            inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
+            inputs += [self._normal_velocity, self.before]
+            outputs = [self._solver.kinds, self._solver.axes, self.change]
+            self._launch(k.impose, m.contact_count, inputs, outputs)
+        inputs = [a["fixed"], self.before]
+        self._launch(k.hold_fixed, m.node_count, inputs, [self._solver.kinds, self.change])
+        freedom = Freedom(self._solver.kinds, self._solver.axes, contacts.slip_stiffness)
+        if renew:
+            self.preconditioner.renew(freedom)
+        self.preconditioner.prepare(freedom)
+        rows = None
+        if self._pairs is not None and contacts.pairs is not None:
+            self._add_up()
+            self._pairs.impose(contacts.pairs, self._velocities)
+            self._take_difference()
+            rows = PairRows(self._pairs, contacts.pairs, self._velocities)
+        slip_stiffness = contacts.slip_stiffness
+        known = (self.right_with_slip, slip_stiffness, self.change)
+        self._solver.solve(*known, rows, first=first)
+
+        def go_on() -> None:
+            # an old factor may serve so badly that a new one is cheaper than its iterations
+            self.preconditioner.renew(freedom)
+            self.preconditioner.prepare(freedom)
+            self._solver.solve(*known, rows, again=True)
+
+        wp.capture_if(self._solver.failed, go_on)
+        self._launch_balance(state, contacts)
+
+    def _add_up(self) -> None:
+        """Launch the velocities at the step's end, which pairs work on."""
+        inputs = [self.before, self.change]
+        self._launch(self._ends.add_up, self._model.node_count, inputs, [self._velocities])
+
+    def _take_difference(self) -> None:
+        """Launch the change that leads to the velocities, where pairs have changed them."""
+        inputs = [self.before, self._velocities]
+        self._launch(self._ends.take_difference, self._model.node_count, inputs, [self.change])
+
+    def _launch_balance(self, state: State, contacts: Contacts) -> None:
+        """Launch what gives bodies back the momenta that the solve left over."""
+        a, solver, k = self._model.arrays, self._solver, self._rigid_balance
+        if self._pairs is not None and contacts.pairs is not None:
+            inputs = [a["body_start"], *self._pairs.found]
+            inputs += [contacts.pairs.nodes, contacts.pairs.modes]
+            self._launch(k.join_touching, 1, inputs, [self._groups])
+        inputs = [a["body_start"], self._groups, a["mass"], a["damped_mass"], a["gravity"]]
+        # Newton's method has other arms in every iteration
+        inputs += [a["step_factors"], int(self._model.options.newton_iterations == 1)]
+        inputs += [state.positions, solver.kinds, solver.axes, contacts.slip_stiffness]
+        inputs += [contacts.friction_forces, self.outer_impulses, self.before, state.carry]
+        self._launch(k.balance, len(self._groups), inputs, [self.change, self.carry])
+
+    def _launch_update(self, contacts: Contacts) -> None:
+        m, solver = self._model, self._solver
+        right, pairs = self.right, contacts.pairs
+        if self._pairs is not None and pairs is not None:
+            self._add_up()
+            known = [self.right_with_slip, contacts.slip_stiffness, self.change]
+            residual = solver.residual(*known)
+            right = self._pairs.find_impulses(pairs, self._velocities, self.right, residual)
+        self._launch_ground(contacts, right)
+        if self._pairs is not None and pairs is not None:
+            self._pairs.update(pairs, self._velocities, solver.counters, solver.scalars)
+        inputs = [m.options.max_contact_passes, self._changed, contacts.modes, self._violations]
+        outputs = [solver.counters, self._largest_violations]
+        self._launch(self._kernels.conclude_pass, 1, inputs, outputs)
+        if self._pairs is not None and pairs is not None:
+            self._pairs.conclude(pairs, *outputs)
+            self._add_pair_frictions(contacts)
+
+    def _launch_ground(self, contacts: Contacts, right: Any) -> None:
+        """Launch the modes of the ground's contacts; ``right`` holds the impulses of pairs too."""
+        m, a, solver = self._model, self._model.arrays, self._solver
+        if not m.contact_count:
+            return
+        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
+        rows += [a["mass"], a["damped_mass"]]
+        law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
+        law += [a["contact_tolerances"], m.options.max_contact_passes]
+        inputs = [a["surface_nodes"], a["fixed"], *rows, *law]
+        now = [self._assembly.node_rotations, self._assembly.values]
+        now += [right, self.before, self.change]
+        now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]
+        outputs = [
+            contacts.modes,
+            contacts.impulses,
+            contacts.friction_forces,
+            contacts.slip_velocities,
+            contacts.slip_stiffness,
+            self.right_with_slip,
+            self._changed,
+            self._violations,
+        ]
+        self._launch(self._kernels.update_modes, m.contact_count, [*inputs, *now], outputs)
+
+    def launch_account(self, contacts: Contacts) -> None:
+        """Launch the account of the step, once its contacts have their impulses."""
+        normals = self._solver.normals
+        found = None if self._pairs is None else self._pairs.found
+        moved = (self.outer_impulses, self.before, self.change)
+        self.accountant.launch(contacts, normals, *moved, found)
+
+    def _worst_node(self) -> int:
+        """Of the last pass: the node that misses its law of contact with the ground most."""
+        if not self._model.contact_count:
+            return -1
+        worst = int(self._violations.numpy().max(axis=1).argmax())
+        return int(self._model.body.mesh.surface_nodes[worst])
+
+    def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
+        """What the step took; the arguments are passed on."""
+        counters = self._read_counters()
+        passes = counters[contact_stages.PASSES] + counters[contact_stages.EARLIER_PASSES]
+        passes = max(self._model.options.newton_iterations, int(passes))
+        iterations = int(counters[stopping.TOTAL_ITERATIONS])
+        if self._renewing:
+            # no preconditioner knows of pairs, so more is left to the iteration
+            self._fresh = max(FRESH_ITERATIONS, iterations / passes)
+        converged = int(counters[stopping.UNCONVERGED]) == 0
+        fresh = int(self._fresh * passes)
+        self.preconditioner.used(iterations, fresh=fresh, converged=converged)
+        options, scalars = self._model.options, self._read_scalars()
+        target, floor = scalars[stopping.TARGET_SQUARE], scalars[stopping.FLOOR_SQUARE]
+        eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
+        dt = options.time_step
+        signorini, coulomb = (float(v) / dt for v in self._read_violations()[0])
+        settled = int(counters[contact_stages.CHANGED]) == 0
+        worst = None if settled or self._pairs is None else self._pairs.worst()
+        return StepStatistics(
+            iterations=iterations,
+            passes=passes,
+            touching=int(counters[contact_stages.TOUCHING]),
+            residual=options.solver_tolerance * eased,
+            renewed=renewed,
+            converged=converged,
+            contact_converged=settled,
+            finite=bool(np.isfinite(scalars[stopping.LAST_SQUARE])),
+            resolved=resolved,
+            fastest=fastest,
+            signorini=signorini,
+            coulomb=coulomb,
+            worst_node=-1 if settled else self._worst_node(),
+            worst_pair=worst,
+        )

@@ -1,0 +1,242 @@
+"""Contact of surfaces with each other: between bodies, and of a body with itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.pair_detection import PairDetection, mean_edges
+from warp_softbody.engine.pair_ending import PairEnding
+from warp_softbody.engine.state import PairStates, State
+from warp_softbody.kernels.contact.pair_active_set import make_pair_modes
+from warp_softbody.kernels.contact.pair_constraints import make_pair_rows
+from warp_softbody.linear.pcg import ConjugateGradients
+
+APPROACH = 2e-6
+"""Part of an edge's length by which a pair may close beyond its gap in a step and count as open."""
+
+
+def slowest_approach(model: Model) -> float:
+    """Speed at which a pair may close beyond its gap and count as open, m/s."""
+    mesh = model.body.mesh
+    edge = float(mean_edges(mesh.points, mesh.surface)[mesh.surface].min())
+    return APPROACH * edge / model.options.time_step
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a step knows beside its pairs: arrays as in `ContactResolution` and `Contacts`.
+
+    ``add_up`` launches the velocities from the change, ``take_difference`` the change from them.
+    """
+
+    right: Any
+    right_with_slip: Any
+    ground_frictions: Any
+    slip_stiffness: Any
+    before: Any
+    change: Any
+    velocities: Any
+    add_up: Callable[[], None]
+    take_difference: Callable[[], None]
+
+
+class PairContact:
+    """Rows, projections and modes of pairs; launches are capturable but for `find`.
+
+    Attributes:
+        unsettled: (1,) int, pairs whose modes or frictions the last pass changed.
+    """
+
+    def __init__(self, model: Model, solver: ConjugateGradients, matrix: Any) -> None:
+        """Work arrays; ``solver`` solves with ``matrix``, M~."""
+        types, n = model.types, model.node_count
+        count = PairStates.count(model)
+        precision = model.options.precision
+        self._model = model
+        self._matrix = matrix
+        self._rows = make_pair_rows(precision)
+        self._modes = make_pair_modes(precision)
+        self._pairs = self._rows.Pairs()
+        self._pairs.roughness = model.zeros(count, types.scalar)
+        self._pairs.found = model.zeros(count, wp.int32)
+        self._pairs.found_count = model.zeros(1, wp.int32)
+        self._pairs.normals = model.zeros(count, types.vec3)
+        self._pairs.least = model.zeros(count, types.scalar)
+        self._pairs.rows = model.zeros(count, wp.int32)
+        self._pairs.count = model.zeros(1, wp.int32)
+        for name in ("marks", "touched", "held"):
+            setattr(self._pairs, name, model.zeros(n, wp.int32))
+        self._pairs.counts = model.zeros(2, wp.int32)
+        self._detection = PairDetection(model, self._pairs)
+        self._work = self._rows.Work()
+        self._work.nodal = model.zeros(n, wp.vec3d)
+        for name in "yrpq":
+            setattr(self._work, name, model.zeros(count, wp.vec3d))
+        self._freedom = self._rows.Freedom()
+        self._freedom.kinds, self._freedom.axes = solver.kinds, solver.axes
+        self._right = model.zeros(n, types.vec3)
+        self._ending = PairEnding(model)
+        self.unsettled = model.zeros(1, wp.int32)
+        self._worst = model.zeros(1, wp.int32)
+        self._largest_impulse = model.zeros(1, types.scalar)
+        self._approach = slowest_approach(model)
+        self._changed = model.zeros(count, wp.int32)
+        pair = wp.types.vector(length=2, dtype=types.scalar)
+        self._violations = model.zeros(count, pair)
+        self._count = count
+
+    def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 1) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def find(self, state: State, pairs: PairStates) -> None:
+        """The pairs of a step, from where it starts; a node that has none lifts."""
+        with_kernels(lambda: self._detection.find(state, pairs))
+
+    @property
+    def found(self) -> list[Any]:
+        """Numbers of the pairs that there are, and how many: (c,) int and (1,) int."""
+        return [self._pairs.found, self._pairs.found_count]
+
+    def _bound(self, pairs: PairStates) -> Any:
+        """The struct that kernels take, on the caller's states."""
+        self._pairs.nodes, self._pairs.weights = pairs.nodes, pairs.weights
+        return self._pairs
+
+    def _shared(self, pairs: PairStates) -> list[Any]:
+        return [self._bound(pairs), pairs.modes, self._freedom, self._work]
+
+    def impose(self, pairs: PairStates, x: Any) -> None:
+        """Launch the relative velocities that the modes give."""
+        self._launch(self._rows.list_rows, [self._bound(pairs), pairs.modes, self._freedom], [])
+        self._launch(self._rows.impose, self._shared(pairs), [x])
+
+    def finish_residual(self, pairs: PairStates, x: Any, r: Any, partial: Any) -> None:
+        """Launch r = P (b - matrix x) from the ground's S (b - M~ x)."""
+        inputs = [*self._shared(pairs), pairs.slip_stiffness, x]
+        self._launch(self._rows.finish_residual, inputs, [r, partial])
+
+    def project(self, pairs: PairStates, v: Any) -> None:
+        """Launch v = P v."""
+        self._launch(self._rows.project_pairs, self._shared(pairs), [v])
+
+    def finish_product(self, pairs: PairStates, p: Any, q: Any, partial: Any) -> None:
+        """Launch q = P matrix p from the ground's S M~ p."""
+        inputs = [*self._shared(pairs), pairs.slip_stiffness, p]
+        self._launch(self._rows.finish_product, inputs, [q, partial])
+
+    def find_impulses(self, pairs: PairStates, x: Any, right: Any, r: Any) -> Any:
+        """Launch the pairs' impulses; the right side with them, as the ground's contacts see it."""
+        inputs = [*self._shared(pairs), pairs.friction_forces, pairs.slip_stiffness, x, right]
+        outputs = [r, pairs.impulses, self._right, self._largest_impulse]
+        self._launch(self._modes.find_impulses, inputs, outputs)
+        return self._right
+
+    def update(self, pairs: PairStates, x: Any, counters: Any, scalars: Any) -> None:
+        """Launch the choice of modes."""
+        a = self._model.arrays
+        friction = float(self._model.scene.body_friction)
+        law = [a["fixed"], a["diagonal_slot"], friction, self._approach]
+        inputs = [*law, self._bound(pairs), self._matrix, x, pairs.impulses, self._largest_impulse]
+        inputs += [counters, scalars]
+        outputs = [pairs.modes, pairs.slip_velocities, pairs.friction_forces]
+        outputs += [pairs.slip_stiffness, self._changed, self._violations]
+        self._launch(self._modes.update_pairs, inputs, outputs, dim=self._count)
+
+    def add_frictions(
+        self, pairs: PairStates, right: Any, ground_frictions: Any, right_with_slip: Any
+    ) -> None:
+        """Launch the right side with the friction forces of sliding pairs and nodes."""
+        inputs = [self._bound(pairs), pairs.modes, pairs.friction_forces, right, ground_frictions]
+        self._launch(self._modes.add_frictions, inputs, [right_with_slip])
+
+    def conclude(self, pairs: PairStates, counters: Any, largest_violations: Any) -> None:
+        """Launch the count of changes, after the ground's."""
+        passes = self._model.options.max_contact_passes
+        inputs = [passes, self._bound(pairs), self._changed, pairs.modes, self._violations]
+        outputs = [counters, largest_violations, self.unsettled, self._worst]
+        self._launch(self._modes.conclude_pairs, inputs, outputs)
+
+    def worst(self) -> tuple[str, str] | None:
+        """Names of the two bodies whose pair missed the laws most in the last pass, if any did."""
+        slot = int(self._worst.numpy()[0])
+        if slot < 0:
+            return None
+        scene, nodes = self._model.scene, self._pairs.nodes.numpy()[slot]
+        # the other side's node is the third of an edge's pair, and one of the others of a node's
+        first, second = scene.node_bodies[nodes[[0, 2]]]
+        return scene.parts[first].name, scene.parts[second].name
+
+    def end_safely(
+        self,
+        pairs: PairStates,
+        solve: Callable[[PairStates | None], None],
+        solver: ConjugateGradients,
+        known: Known,
+    ) -> None:
+        """Launch the end of a step whose pairs did not settle.
+
+        Args:
+            pairs: the caller's states; the impulses become those of the end.
+            solve: launches a solve with the pairs of given states held, or with none.
+            solver: of the step.
+            known: what the step knows beside the pairs.
+        """
+        ending, bound = self._ending, self._bound(pairs)
+        last = ending.begin(bound, pairs)
+
+        def take_away() -> None:
+            sides = [known.right, known.ground_frictions, known.right_with_slip]
+            self.add_frictions(last, *sides)
+            solve(last)
+            known.add_up()
+            residual = solver.residual(known.right_with_slip, known.slip_stiffness, known.change)
+            self.find_impulses(last, known.velocities, known.right, residual)
+            sides = [known.before, known.right, known.velocities]
+            ending.prune(bound, last, self._largest_impulse, sides)
+
+        wp.capture_while(ending.rounds[0:1], take_away)
+        ending.clip(bound, pairs)
+
+        def give_forces() -> None:
+            sides = [known.right, known.ground_frictions]
+            wp.copy(known.change, solver.start)
+            ending.add_impulses(bound, pairs, 0.0, sides, known.right_with_slip)
+            solve(None)
+            known.add_up()
+            ending.keep(known.velocities)
+            ending.add_impulses(bound, pairs, 1.0, sides, known.right_with_slip)
+            solver.solve(known.right_with_slip, known.slip_stiffness, known.change)
+            known.add_up()
+            ending.end(bound, pairs, known.before, known.right, known.velocities)
+            known.take_difference()
+
+        wp.capture_if(ending.rounds[2:3], give_forces)
+
+
+class PairRows:
+    """Pairs with the states of a step, as constraints on its solves."""
+
+    def __init__(self, contact: PairContact, pairs: PairStates, velocities: Any) -> None:
+        """Bind the caller's states, and the velocities (n,) vec3 m/s that a solve starts from."""
+        self._contact = contact
+        self._pairs = pairs
+        self._velocities = velocities
+
+    def finish_residual(self, r: Any, partial: Any) -> None:
+        """See `Constraints`."""
+        self._contact.finish_residual(self._pairs, self._velocities, r, partial)
+
+    def project(self, v: Any) -> None:
+        """See `Constraints`."""
+        self._contact.project(self._pairs, v)
+
+    def finish_product(self, p: Any, q: Any, partial: Any) -> None:
+        """See `Constraints`."""
+        self._contact.finish_product(self._pairs, p, q, partial)

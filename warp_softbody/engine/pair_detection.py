@@ -1,0 +1,232 @@
+"""Finds what may touch in a step: nodes and triangles, and sharp edges across each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.surface_edges import SurfaceEdges
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.state import PairStates, State
+from warp_softbody.kernels.contact.pair_detection import make_pair_detection
+from warp_softbody.kernels.contact.pair_edges import make_pair_edges
+from warp_softbody.kernels.contact.pair_overlap import make_pair_overlap
+from warp_softbody.kernels.contact.pair_surfaces import make_pair_surfaces
+from warp_softbody.kernels.contact.pair_thinning import make_pair_thinning
+from warp_softbody.linear.block_sparsity import starts
+from warp_softbody.world.body_overlap import refuse_coincident
+from warp_softbody.world.scene import Scene
+
+OBLIQUE = np.array([0.5773, 0.6123, 0.5401])
+"""A direction along which bodies are told apart that are alike in everything but their place."""
+
+
+def mean_edges(points: FloatArray, surface: npt.NDArray[np.integer]) -> FloatArray:
+    """(n,) mean length of the sides of the triangles around each node, m; 0 off the surface."""
+    corners = points[surface]
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+    owners = surface.ravel()
+    total = np.bincount(owners, np.repeat(lengths, 3), minlength=len(points))
+    count = np.bincount(owners, minlength=len(points))
+    return np.asarray(total / np.maximum(count, 1))
+
+
+def rank_of(scene: Scene) -> npt.NDArray[np.int32]:
+    """(bodies,) place of each body from the finest to the coarsest; order in the scene is no part.
+
+    Bodies whose mean edges agree to a thousandth follow each other by where they stand.
+    """
+    keys = []
+    for body in scene.characters:
+        mesh = body.mesh
+        corners = mesh.points[mesh.surface]
+        edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean()
+        keys.append((round(1e3 * float(np.log(edge))), float(mesh.points.mean(axis=0) @ OBLIQUE)))
+    rank = np.empty(len(keys), dtype=np.int32)
+    rank[sorted(range(len(keys)), key=keys.__getitem__)] = np.arange(len(keys))
+    return rank
+
+
+class PairDetection:
+    """Finds the pairs of a step, from where it starts.
+
+    The search tree follows the surfaces; it is refitted outside of captured graphs, which do not
+    record that.
+    """
+
+    def __init__(self, model: Model, pairs: Any) -> None:
+        """Build the search tree over the surfaces of all bodies; ``pairs`` is what is written."""
+        refuse_coincident(model.scene)
+        precision = model.options.precision
+        self._model = model
+        self._pairs = pairs
+        self._search = make_pair_surfaces(precision)
+        self._detection = make_pair_detection(precision)
+        self._overlap = make_pair_overlap(precision)
+        self._thinning = make_pair_thinning(precision)
+        self._graphs: dict[tuple[int, ...], Any] = {}
+        self._make_surfaces()
+        self._make_fans()
+        self._make_found()
+        self._crossing = CrossingEdges(model, self._surfaces)
+
+    def _make_surfaces(self) -> None:
+        model = self._model
+        types, mesh, scene = model.types, model.body.mesh, model.scene
+        bodies = len(scene.parts)
+        slots = np.full(model.node_count, -1, dtype=np.int32)
+        slots[mesh.surface_nodes] = np.arange(len(mesh.surface_nodes))
+        self._points = model.array(mesh.points.astype(np.float32), wp.vec3f)
+        self._tree: Any = wp.Mesh(self._points, model.array(mesh.surface.ravel(), wp.int32))
+        s = self._surfaces = self._search.Surfaces()
+        s.tree = self._tree.id
+        s.nodes = model.arrays["surface_nodes"]
+        s.slots = model.array(slots, wp.int32)
+        sizes = mean_edges(mesh.points, mesh.surface)[mesh.surface_nodes]
+        s.sizes = model.array(sizes, types.scalar)
+        s.fixed = model.arrays["fixed"]
+        s.node_body = model.array(scene.node_bodies, wp.int32)
+        s.rank = model.array(rank_of(scene), wp.int32)
+        s.faces = model.array(mesh.surface, wp.vec3i)
+        s.face_normals = model.zeros(len(mesh.surface), types.vec3)
+        s.rest = model.array(mesh.points, types.vec3)
+        s.low, s.high = model.zeros(bodies, types.vec3), model.zeros(bodies, types.vec3)
+        s.drift, s.fastest = model.zeros(1, types.vec3), model.zeros(1, types.scalar)
+        s.step_factors = model.arrays["step_factors"]
+        body_ends = [0, *(part.nodes.stop for part in scene.parts)]
+        self._body_start = model.array(np.array(body_ends, dtype=np.int32), wp.int32)
+
+    def _make_fans(self) -> None:
+        """The triangles around each surface node."""
+        model, mesh = self._model, self._model.body.mesh
+        owners = mesh.surface.ravel()
+        order = np.argsort(owners, kind="stable")
+        fan = starts(owners[order], model.node_count)
+        fan_start = np.append(fan[mesh.surface_nodes], fan[-1])
+        self._fans = [
+            model.array(fan_start, wp.int32),
+            model.array((order // 3).astype(np.int32), wp.int32),
+        ]
+
+    def _make_found(self) -> None:
+        model, types = self._model, self._model.types
+        bodies, count = len(model.scene.parts), len(model.body.mesh.surface_nodes)
+        self._corners = model.zeros(count, wp.vec3i)
+        self._weights = model.zeros(count, types.vec3)
+        self._gaps = model.zeros(count, types.scalar)
+        self._areas = model.zeros(count, types.vec3)
+        self._deep = model.zeros(count, wp.int32)
+        self._overlaps = model.zeros(1, wp.int32)
+        self._ways = model.zeros(bodies * bodies, types.vec3)
+        self._totals = model.zeros(bodies * bodies, types.scalar)
+        self._numbers = model.zeros(bodies * bodies, wp.int32)
+
+    def find(self, state: State, states: PairStates) -> None:
+        """Nodes, weights, normals and least speeds of all pairs, and modes of none."""
+        where = [state.positions, state.velocities]
+        s = self._surfaces
+        self._launch(self._search.follow, 1, where, [self._points, s.drift, s.fastest])
+        self._tree.refit()
+        key = (id(state), id(states))
+        if key not in self._graphs:
+            with wp.ScopedCapture(device=self._model.options.device) as capture:
+                self._launch_search(state, states)
+            # the states are kept alive, so that their identities are not used again
+            self._graphs[key] = (capture.graph, state, states)
+        wp.capture_launch(self._graphs[key][0])
+
+    def _launch_search(self, state: State, states: PairStates) -> None:
+        s, found, pairs = self._surfaces, self._pairs, states
+        x = state.positions
+        bodies, count = len(self._model.scene.parts), len(self._gaps)
+        self._launch(self._search.find_normals, len(s.faces), [s.faces, x], [s.face_normals])
+        self._launch(self._search.find_bounds, bodies, [self._body_start, x], [s.low, s.high])
+        inputs = [s, *self._fans, int(self._model.scene.self_contact), x, state.velocities]
+        met = [self._corners, self._weights, found.normals, self._gaps]
+        self._launch(self._detection.detect, count, inputs, [self._areas, *met, self._deep])
+        several, edges = bodies > 1, self._crossing
+        if several:
+            edges.launch(state, self._corners, self._deep)
+            inputs = [s, edges.edges, self._areas, self._corners, self._gaps, self._deep]
+            outputs = [self._ways, self._totals, self._overlaps]
+            self._launch(self._overlap.find_ways, 1, [*inputs, edges.deep], outputs)
+            edges.launch_ways(state, self._ways)
+        inputs = [s, x, self._deep, self._ways]
+        self._launch(self._overlap.leave, count, inputs, [*met, found.roughness])
+        outputs = [self._totals, self._numbers]
+        self._launch(self._thinning.compare, 1, [s, self._corners], outputs)
+        speed = float(self._model.recovery_speed)
+        met = [self._corners, self._weights, self._gaps, self._deep]
+        inputs = [s, self._totals, speed, *met, pairs.modes]
+        outputs = [pairs.nodes, pairs.weights, found.least, found.roughness]
+        self._launch(self._thinning.thin_nodes, count, inputs, outputs)
+        if several:
+            edges.launch_thinning([self._corners, self._gaps, self._deep], found, pairs)
+        outputs = [found.found, found.found_count, pairs.modes]
+        self._launch(self._thinning.list_found, 1, [pairs.nodes], outputs)
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+
+class CrossingEdges:
+    """Finds sharp edges of one body across those of another, and edges that lead through one.
+
+    Attributes:
+        edges: of all bodies, as the kernels see them.
+        deep: (e,) int, the body that an edge leads through; -1 for none.
+    """
+
+    def __init__(self, model: Model, surfaces: Any) -> None:
+        """Arrays for the edges of all bodies; none where there is one body."""
+        types, precision = model.types, model.options.precision
+        self._model = model
+        self._surfaces = surfaces
+        self._kernels = make_pair_edges(precision)
+        self._overlap = make_pair_overlap(precision)
+        self._thinning = make_pair_thinning(precision)
+        found = SurfaceEdges.of(model.body.mesh.surface)
+        count = self._count = len(found.ends) if model.scene.others else 0
+        self.edges = self._kernels.Edges()
+        self.edges.ends = model.array(found.ends[:count], wp.vec2i)
+        self.edges.faces = model.array(found.faces[:count], wp.vec2i)
+        self.edges.opposite = model.array(found.opposite[:count], wp.vec2i)
+        self.edges.of_face = model.array(found.of_face, wp.vec3i)
+        self.deep = model.zeros(count, wp.int32)
+        self._inner = model.zeros(count, types.scalar)
+        self._crossed = model.zeros(2 * count, wp.int32)
+        self._places = model.zeros(2 * count, types.vec4)
+        self._normals = model.zeros(2 * count, types.vec3)
+        self._gaps = model.zeros(2 * count, types.scalar)
+        self._met = [self._crossed, self._places, self._normals, self._gaps]
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def launch(self, state: State, corners: Any, deep: Any) -> None:
+        """Launch the search; the arguments are those of the nodes' pairs."""
+        inputs = [self._surfaces, self.edges, state.positions]
+        moving = [*inputs, state.velocities]
+        self._launch(self._kernels.cross_edges, self._count, moving, self._met)
+        outputs = [self.deep, self._inner]
+        self._launch(self._overlap.sink_edges, self._count, [*inputs, corners, deep], outputs)
+
+    def launch_ways(self, state: State, ways: Any) -> None:
+        """Launch what draws edges out of bodies the given ways."""
+        inputs = [self._surfaces, self.edges, state.positions, self.deep, self._inner, ways]
+        self._launch(self._overlap.draw_out, self._count, inputs, self._met)
+
+    def launch_thinning(self, nodes_met: list[Any], found: Any, pairs: PairStates) -> None:
+        """Launch the choice; ``nodes_met`` are corners, gaps and depths of the nodes' pairs."""
+        speed = float(self._model.recovery_speed)
+        first = len(self._model.body.mesh.surface_nodes)
+        inputs = [self._surfaces, self.edges, speed, *nodes_met, self.deep, *self._met]
+        outputs = [pairs.nodes, pairs.weights, found.normals, found.least, found.roughness]
+        kernel = self._thinning.thin_edges
+        self._launch(kernel, 2 * self._count, [*inputs, first, pairs.modes], outputs)

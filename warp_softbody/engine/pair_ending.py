@@ -1,0 +1,86 @@
+"""The end of a step whose pairs did not settle (kernels/contact/pair_ending.py)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import warp as wp
+
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.state import PairStates
+from warp_softbody.kernels.contact.pair_ending import make_pair_ending
+
+
+class PairEnding:
+    """Work arrays and launches; all of them can be captured.
+
+    Attributes:
+        rounds: (4,) int, whether another round is due, how many there were, whether they did not
+            suffice, and whether the solve lost itself.
+    """
+
+    def __init__(self, model: Model) -> None:
+        """Arrays for the pairs of a model."""
+        types, count = model.types, PairStates.count(model)
+        self._model = model
+        self._kernels = make_pair_ending(model.options.precision)
+        self._friction = float(model.scene.body_friction)
+        self._modes = model.zeros(count, wp.int32)
+        self._frictions = model.zeros(count, types.vec3)
+        self._stiffness = model.zeros(count, types.mat33)
+        self._without = model.zeros(model.node_count, types.vec3)
+        self.rounds = model.zeros(4, wp.int32)
+
+    def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=device)
+
+    def begin(self, bound: Any, pairs: PairStates) -> PairStates:
+        """Launch the first choice; the states that the rounds work on.
+
+        ``bound`` is the struct of the pairs. The caller's modes stay as they are, for the next
+        step to begin with; impulses are the caller's.
+        """
+        outputs = [self._modes, self._frictions, self.rounds]
+        inputs = [bound, self._friction, pairs.impulses]
+        self._launch(self._kernels.begin_rounds, inputs, outputs)
+        return replace(
+            pairs,
+            modes=self._modes,
+            friction_forces=self._frictions,
+            slip_stiffness=self._stiffness,
+        )
+
+    def prune(self, bound: Any, pairs: PairStates, largest_impulse: Any, motion: list[Any]) -> None:
+        """Launch what a round takes away.
+
+        ``motion``: velocities before the step, its known impulses, and velocities after it.
+        """
+        inputs = [bound, self._friction, largest_impulse, pairs.impulses]
+        inputs += [*self._limit(), *motion]
+        self._launch(self._kernels.prune, inputs, [self._modes, self._frictions, self.rounds])
+
+    def clip(self, bound: Any, pairs: PairStates) -> None:
+        """Launch the cut of all impulses to what the laws allow."""
+        self._launch(self._kernels.clip, [bound, self._friction], [pairs.impulses])
+
+    def add_impulses(
+        self, bound: Any, pairs: PairStates, part: float, known: list[Any], out: Any
+    ) -> None:
+        """Launch the right side with a part of the impulses; ``known`` is what else is in it."""
+        inputs = [bound, part, self.rounds, pairs.impulses, *known]
+        self._launch(self._kernels.add_impulses, inputs, [out])
+
+    def keep(self, x: Any) -> None:
+        """Launch the copy of the velocities without the pairs' impulses."""
+        wp.copy(self._without, x)
+
+    def end(self, bound: Any, pairs: PairStates, before: Any, right: Any, x: Any) -> None:
+        """Launch the choice of how much of the impulses acts, from x with all of them."""
+        inputs = [bound, self._without, *self._limit(), before, right]
+        self._launch(self._kernels.end, inputs, [pairs.impulses, x])
+
+    def _limit(self) -> list[Any]:
+        """What bounds the energy of a step, beside its known momentum."""
+        return [self._model.arrays["mass"], float(self._model.recovery_speed)]

@@ -1,0 +1,226 @@
+"""One linearly implicit step (paper eq. 8-9) with contact, captured once as graphs and replayed.
+
+``M~ v+ = M v + dt (f_x + f_e + A (l_d - l)) + contact impulses``, ``x+ = x + dt v+``, with
+``M~ = (1 + dt mu) M + (dt lambda + dt^2) K`` and K the warped stiffness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.body.mesh_geometry import shortest_edge
+from warp_softbody.device.host_view import HostView, HostViews
+from warp_softbody.device.turns import shares_warp
+from warp_softbody.device.warp_runtime import captured
+from warp_softbody.engine.assembly import Assembly
+from warp_softbody.engine.contact_solver import ContactResolution
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.momentum_account import Account
+from warp_softbody.engine.parallel import Workers
+from warp_softbody.engine.state import Contacts, Control, State, check_tensions, checked_parts
+from warp_softbody.engine.step_statistics import StepStatistics
+from warp_softbody.inputs import checks
+from warp_softbody.kernels.contact.step_ends import make_contact_ends
+from warp_softbody.kernels.muscles import make_muscles
+
+
+class Stepper:
+    """Steps a model; owns work arrays and graphs, never the state.
+
+    Attributes:
+        assembled: the state that was last assembled.
+    """
+
+    @shares_warp
+    def __init__(self, model: Model) -> None:
+        """Allocate the work arrays of a model."""
+        checks.instance("model of a Stepper", model, Model)
+        types, m = model.types, model.tet_count
+        self.model = model
+        self._device = model.options.device
+        self._muscles = make_muscles(model.options.precision) if model.segment_count else None
+        self._ends = make_contact_ends(model.options.precision)
+        self.assembly = Assembly(model)
+        self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
+        self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
+        self.lengths = model.zeros(model.segment_count, types.scalar)
+        self._tensions = model.zeros(model.segment_count, types.scalar)
+        self._extremes = model.zeros(2, wp.float64)
+        self._read_extremes = HostView(self._extremes).read
+        self._views = HostViews()
+        mesh = model.body.mesh
+        rounding = float(np.finfo(model.options.precision).eps)
+        self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
+        self._contact = ContactResolution(model, self.assembly)
+        self._renewed = False
+        self.assembled: State | None = None
+        self._graphs: dict[tuple[Any, ...], Any] = {}
+        self._phase_graphs: dict[int, Any] = {}
+        threads = model.options.threads
+        self._workers = Workers(threads, self._device) if threads > 1 else None
+
+    @shares_warp
+    def assemble(self, state: State) -> None:
+        """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
+        self.assembled = state
+        if self._workers is not None:
+            self._assemble_side_by_side(self._workers, state)
+            return
+        self._replay(("assemble", state), lambda: self._launch_assembly(state))
+
+    def _assemble_side_by_side(self, workers: Workers, state: State) -> None:
+        if id(state) not in self._phase_graphs:
+            phases = self.assembly.phases(state.positions, state.velocities)
+            # the state is kept alive, so that its identity is not used again
+            self._phase_graphs[id(state)] = (workers.capture(phases), state)
+        workers.replay(self._phase_graphs[id(state)][0])
+        self._replay(("muscles", state), lambda: self._launch_muscle_lengths(state))
+
+    @shares_warp
+    def solve(self, state: State, control: Control, contacts: Contacts) -> None:
+        """The step's velocities with the contact modes as they were."""
+        self._check(control)
+        renew = self._renewed = self._contact.preconditioner.stale
+        self._contact.find_pairs(state, contacts)
+        key = ("solve with a new factor" if renew else "solve", state, control, contacts)
+        self._replay(key, lambda: self._launch_solve(state, control, contacts, renew))
+        if renew:
+            self._contact.preconditioner.renewed()
+
+    @shares_warp
+    def resolve_contact(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> StepStatistics:
+        """Choose contact modes anew until they settle, then write the state after the step."""
+        key = ("contact", state, control, contacts, after)
+        self._replay(key, lambda: self._launch_contact(state, control, contacts, after))
+        return self._read_statistics()
+
+    @shares_warp
+    def step(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> StepStatistics:
+        """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place.
+
+        On one thread the whole step is one graph.
+        """
+        if self._workers is not None:
+            self.assemble(state)
+            self.solve(state, control, contacts)
+            return self.resolve_contact(state, control, contacts, after)
+        self._check(control)
+        renew = self._renewed = self._contact.preconditioner.stale
+        self._contact.find_pairs(state, contacts)
+
+        def launch() -> None:
+            self._launch_assembly(state)
+            self._launch_solve(state, control, contacts, renew)
+            self._launch_contact(state, control, contacts, after)
+
+        key = ("step with a new factor" if renew else "step", state, control, contacts, after)
+        self._replay(key, launch)
+        if renew:
+            self._contact.preconditioner.renewed()
+        return self._read_statistics()
+
+    def account(self) -> Account:
+        """What all steps so far did to the bodies' momentum, and contact to their energy."""
+        return self._contact.accountant.read()
+
+    def _check(self, control: Control) -> None:
+        if self._muscles is not None and isinstance(control, Control):
+            check_tensions(self._views.read(control.rest_lengths))
+
+    def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
+        """Replay a graph; the first time, capture it. States are told apart by identity."""
+        identity = (key[0], *(id(part) for part in key[1:]))
+        if identity not in self._graphs:
+            checked_parts(self.model, key[1:])
+            # the key's objects are kept alive, so that their identities are not used again
+            self._graphs[identity] = (captured(self._device, launch), key)
+        wp.capture_launch(self._graphs[identity][0])
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        if dim > 0:
+            wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
+
+    def _launch_assembly(self, state: State) -> None:
+        self.assembly.launch(state.positions, state.velocities)
+        self._launch_muscle_lengths(state)
+
+    def _launch_muscle_lengths(self, state: State) -> None:
+        m, a = self.model, self.model.arrays
+        if self._muscles is not None:
+            points = [a["point_nodes"], a["point_weights"], state.positions]
+            count = len(m.muscles.point_nodes)
+            self._launch(self._muscles.fiber_points, count, points, [self.fiber_points])
+            inputs = [a["segment_points"], self.fiber_points]
+            self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
+
+    def _launch_solve(
+        self, state: State, control: Control, contacts: Contacts, renew: bool
+    ) -> None:
+        m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
+        if self._muscles is not None:
+            inputs = [a["muscle_stiffness"], control.rest_lengths, self.lengths]
+            self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
+            pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
+            inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
+            self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
+        nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
+        forces = [
+            self.assembly.impulses,
+            control.external_forces,
+            self._muscle_forces,
+            state.velocities,
+            state.increments,
+        ]
+        flags = [int(self._muscles is not None), int(m.options.follows_time_error)]
+        inputs = [*nodes, *flags, *forces, contacts.friction_forces]
+        outputs = [contact.right, contact.right_with_slip, contact.outer_impulses]
+        outputs += [contact.before, contact.start, contact.change]
+        self._launch(k.right_side, m.node_count, inputs, outputs)
+        contact.launch_first(state, contacts, renew)
+
+    def _launch_contact(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> None:
+        m, k = self.model, self._ends
+        ends = [after.positions, after.velocities, after.increments, after.carry]
+        before = [state.positions, state.velocities]
+        inputs = [m.arrays["step_factors"], *before, self._contact.change, self._contact.carry]
+        self._contact.launch_modes(state, contacts)
+        for _ in range(m.options.newton_iterations - 1):
+            self._launch(k.advance_state, m.node_count, inputs, ends)
+            self._launch_again(state, control, contacts, after)
+            self._contact.launch_modes(state, contacts)
+        self._launch(k.advance_state, m.node_count, inputs, ends)
+        self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
+        self._contact.launch_account(contacts)
+
+    def _launch_again(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> None:
+        """One more Newton iteration, about the state that the last one ended in."""
+        m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
+        self.assembly.launch(after.positions, state.velocities)
+        nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
+        nodes += [a["stiffness_share"]]
+        rows = [a["row_start"], a["column"]]
+        known = [self.assembly.values, self.assembly.impulses, control.external_forces]
+        inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
+        inputs += [contact.before, contact.change, contacts.friction_forces]
+        outputs = [contact.right, contact.right_with_slip]
+        self._launch(k.newton_right_side, m.node_count, inputs, outputs)
+        contact.launch_next(state, contacts)
+
+    def _read_statistics(self) -> StepStatistics:
+        reach, speed = self._read_extremes().tolist()
+        resolved = reach < self._most_reach
+        return self._contact.read_statistics(
+            renewed=self._renewed, resolved=resolved, fastest=speed
+        )

@@ -1,0 +1,1 @@
+"""Checks of what a caller gives, and records that hold arrays."""

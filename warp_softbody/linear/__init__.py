@@ -1,0 +1,1 @@
+"""The sparse linear system of a step: its pattern, its solver and its preconditioners."""

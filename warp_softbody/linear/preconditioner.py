@@ -1,0 +1,208 @@
+"""Preconditioners of conjugate gradients: a whole factor, or two levels for large bodies."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.engine.model import Model
+from warp_softbody.kernels.linear.two_level import make_two_level
+from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
+from warp_softbody.linear.block_ldlt import BlockFactor, Freedom
+
+
+class Preconditioner(Protocol):
+    """Symmetric and positive definite on the velocities that contact leaves free."""
+
+    @property
+    def stale(self) -> bool:
+        """Whether ``renew`` is due."""
+        ...
+
+    def renewed(self) -> None:
+        """Note that ``renew`` has run on the present matrix."""
+        ...
+
+    def used(self, iterations: int, fresh: int, *, converged: bool = True) -> None:
+        """Note the iterations of a step, those that it takes at best, and whether they sufficed."""
+        ...
+
+    def renew(self, freedom: Freedom) -> None:
+        """Launch what is kept over many steps."""
+        ...
+
+    def prepare(self, freedom: Freedom) -> None:
+        """Launch what every solve needs."""
+        ...
+
+    def apply(self, residual: Any, result: Any) -> None:
+        """Launch result = P residual, (n,) vec3."""
+        ...
+
+    def apply_block(self, residual: Any, work: Any, result: Any) -> None:
+        """Launch result = P residual for blocks (blocks, 3n)."""
+        ...
+
+
+def make_preconditioner(model: Model, values: Any, node_rotations: Any) -> Preconditioner:
+    """The preconditioner of the matrix in ``values`` that suits the size of a model."""
+    if model.aggregation is None:
+        return WarpedFactor(model, values, node_rotations)
+    return TwoLevel(model, values, node_rotations)
+
+
+class WarpedFactor:
+    """An L D L^T factor of an earlier matrix, warped by the rotations of the nodes since then.
+
+    It is stale when the iterations that a fresh factor would have saved would have paid for it; a
+    count, not a clock, so that runs repeat.
+    """
+
+    def __init__(self, model: Model, values: Any, node_rotations: Any) -> None:
+        """Arrays for the factor of the matrix in ``values``; nothing is computed yet."""
+        types, n = model.types, model.node_count
+        self._model = model
+        self._values = values
+        self._node_rotations = node_rotations
+        self._cost = model.elimination.refresh_cost
+        self._excess = float("inf")
+        self._kernels = make_cholesky(model.options.precision)
+        self.factor = BlockFactor(
+            model.elimination, types, model.options.device, margin=model.pivot_margin
+        )
+        self._factor_rotations = model.zeros(n, types.mat33)
+        self._turns = model.zeros(n, types.mat33)
+
+    @property
+    def stale(self) -> bool:
+        """Whether a new factor is due."""
+        return self._excess > self._cost
+
+    def renewed(self) -> None:
+        """Note that the factor is of the present matrix."""
+        self._excess = 0.0
+
+    def used(self, iterations: int, fresh: int, *, converged: bool = True) -> None:
+        """Count iterations beyond those that even a fresh factor would have needed."""
+        self._excess += max(0, iterations - fresh) if converged else float("inf")
+
+    def renew(self, freedom: Freedom) -> None:
+        """Launch the factorisation of the present matrix on the velocities left free."""
+        self.factor.factorise(self._values, freedom)
+        self._launch(self._kernels.keep_rotations, [self._node_rotations], [self._factor_rotations])
+
+    def prepare(self, freedom: Freedom) -> None:
+        """Launch the update of each node's rotation since the factorisation."""
+        rotations = [self._node_rotations, self._factor_rotations]
+        self._launch(self._kernels.node_turns, rotations, [self._turns])
+
+    def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
+        m = self._model
+        wp.launch(kernel, dim=m.node_count, inputs=inputs, outputs=outputs, device=m.options.device)
+
+    def apply(self, residual: Any, result: Any) -> None:
+        """Launch result = P residual, (n,) vec3."""
+        self.factor.solve(self._turns, residual, result)
+
+    def apply_block(self, residual: Any, work: Any, result: Any) -> None:
+        """Launch result = P residual for blocks (blocks, 3n)."""
+        self.factor.solve_block(self._turns, residual, work, result)
+
+
+class TwoLevel:
+    """Gauss-Seidel sweeps around a correction by rigid motions of aggregates.
+
+    The sweeps use the matrix as it is; the coarse matrix is that of the rest shape, turned with the
+    nodes, and is factorised once.
+    """
+
+    stale = False
+
+    def __init__(self, model: Model, values: Any, node_rotations: Any) -> None:
+        """Factorise the coarse matrix of a model with aggregates."""
+        assert model.aggregation is not None
+        types, n, coarse = model.types, model.node_count, 2 * model.aggregation.count
+        self._model = model
+        self._values = values
+        self._node_rotations = node_rotations
+        self._kernels = make_two_level(model.options.precision)
+        self._pivot_inverse = model.zeros(n, types.mat33)
+        self._right = model.zeros(coarse, types.vec3)
+        self._motion = model.zeros(coarse, types.vec3)
+        self._unturned = model.array(np.tile(np.eye(3), (coarse, 1, 1)), types.mat33)
+        self._freedom: Freedom | None = None
+        self._block_arrays: dict[int, tuple[Any, Any, Any]] = {}
+        self._factor = BlockFactor(
+            model.elimination, types, model.options.device, margin=model.pivot_margin
+        )
+        free = Freedom(
+            model.zeros(coarse, wp.int32),
+            model.zeros(coarse, types.vec3),
+            model.zeros(coarse, types.mat33),
+        )
+        coarse = model.array(model.coarse_values, types.mat33)
+        with_kernels(lambda: self._factor.factorise(coarse, free))
+
+    def renewed(self) -> None:
+        """Nothing is kept that could grow stale."""
+
+    def used(self, iterations: int, fresh: int, *, converged: bool = True) -> None:
+        """Nothing is kept that could grow stale."""
+
+    def renew(self, freedom: Freedom) -> None:
+        """Nothing is kept that could grow stale."""
+
+    def prepare(self, freedom: Freedom) -> None:
+        """Launch the inversion of the diagonal blocks on the velocities left free."""
+        self._freedom = freedom
+        contact = [freedom.kinds, freedom.axes, freedom.slip_stiffness]
+        inputs = [self._model.arrays["diagonal_slot"], self._values, *contact]
+        self._launch(
+            self._kernels.invert_pivots, self._model.node_count, inputs, [self._pivot_inverse]
+        )
+
+    def _launch(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def _parts(self) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
+        """Arguments that the kernels share: rows, sweep, contact, aggregates."""
+        a = self._model.arrays
+        assert self._freedom is not None
+        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
+        sweep = [self._values, self._pivot_inverse]
+        contact = [self._freedom.kinds, self._freedom.axes, self._node_rotations]
+        return rows, sweep, contact, [a["aggregate_start"], a["aggregate_nodes"], a["offsets"]]
+
+    def apply(self, residual: Any, result: Any) -> None:
+        """Launch result = P residual, (n,) vec3."""
+        m, a, k = self._model, self._model.arrays, self._kernels
+        rows, sweep, contact, aggregates = self._parts()
+        self._launch(k.sweep_forward, 1, [*rows, *sweep, residual], [result])
+        inputs = [*rows, *aggregates, self._values, *contact, result]
+        self._launch(k.restrict, len(self._right) // 2, inputs, [self._right])
+        self._factor.solve(self._unturned, self._right, self._motion)
+        inputs = [a["aggregate_of"], a["offsets"], *contact, self._motion]
+        self._launch(k.prolong, m.node_count, inputs, [result])
+        self._launch(k.sweep_backward, 1, [*rows, *sweep, residual], [result])
+
+    def apply_block(self, residual: Any, work: Any, result: Any) -> None:
+        """Launch result = P residual for blocks (blocks, 3n)."""
+        m, a, k = self._model, self._model.arrays, self._kernels
+        rows, sweep, contact, aggregates = self._parts()
+        blocks = residual.shape[0]
+        if blocks not in self._block_arrays:
+            shape = (blocks, 3 * len(self._right))
+            right, motion, spare = (m.zeros(shape, m.types.block) for _ in range(3))
+            self._block_arrays[blocks] = (right, motion, spare)
+        right, motion, spare = self._block_arrays[blocks]
+        self._launch(k.sweep_forward_block, blocks, [*rows, *sweep, residual], [result])
+        inputs = [*rows, *aggregates, self._values, *contact, result]
+        self._launch(k.restrict_block, (blocks, len(self._right) // 2), inputs, [right])
+        self._factor.solve_block(self._unturned, right, spare, motion)
+        inputs = [a["aggregate_of"], a["offsets"], *contact, motion]
+        self._launch(k.prolong_block, (blocks, m.node_count), inputs, [result])
+        self._launch(k.sweep_backward_block, blocks, [*rows, *sweep, residual], [result])

@@ -1,0 +1,1 @@
+"""The run loop over steps, its records and its summary."""

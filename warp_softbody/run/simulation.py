@@ -1,0 +1,338 @@
+"""The run loop: steps a scene under a controller and hands out frames."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+
+from warp_softbody.controllers.control_solver import Driver, Method
+from warp_softbody.controllers.controller import Controller, Goals
+from warp_softbody.device.turns import shares_warp
+from warp_softbody.engine.model import build_model
+from warp_softbody.engine.momentum_account import ShapeGauge
+from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.engine.precision_choice import with_precision
+from warp_softbody.engine.reduced_dynamics import Bridge
+from warp_softbody.engine.snapshots import Snapshots
+from warp_softbody.engine.state import SLACK, Contacts, Control, State
+from warp_softbody.engine.step_statistics import StepStatistics
+from warp_softbody.engine.stepper import Stepper
+from warp_softbody.errors import InputError, NotFiniteError
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.run.run_account import RunAccount
+from warp_softbody.run.run_summary import MeanSpread, RunSummary, Spread, StepLog
+from warp_softbody.run.sleep import Sleep
+from warp_softbody.world.frame import ContactSample, Frame
+from warp_softbody.world.scene import Scene
+from warp_softbody.world.view import BodyView
+
+LEAST_FPS, MOST_FPS = 1e-3, 1e6
+"""Frames a second, the range that is taken for what was meant."""
+
+
+def whole_steps(time_step: float, fps: float) -> tuple[int, float]:
+    """Steps per frame and the time step that fills a frame with them, at most the one asked for."""
+    fps = checks.number("fps", fps, low=LEAST_FPS, high=MOST_FPS, unit="1/s")
+    steps = max(1, int(np.ceil(1.0 / (fps * time_step) - 1e-6)))
+    return steps, 1.0 / (fps * steps)
+
+
+class Simulation:
+    """A scene in motion.
+
+    The time step is shortened, where need be, to a whole number of steps per frame.
+    """
+
+    @shares_warp
+    def __init__(
+        self,
+        scene: Scene,
+        controller: Controller | None = None,
+        *,
+        options: SimulationOptions | None = None,
+        time_step: float | None = None,
+        fps: float = 30.0,
+        method: Method = "qpcc",
+        name: str = "scene",
+    ) -> None:
+        """Build the model; ``time_step`` (s) overrides that of the options."""
+        begun = time.perf_counter()
+        checks.instance("scene of a Simulation", scene, Scene)
+        options = SimulationOptions() if options is None else options
+        checks.instance("options of a Simulation", options, SimulationOptions)
+        if time_step is not None:
+            # the options refuse what is no time step
+            options = replace(options, time_step=time_step)
+        if controller is not None:
+            input_kinds.controller("controller of a Simulation", controller)
+        checks.choice("method of a Simulation", method, get_args(Method))
+        input_kinds.name("name of a Simulation", name)
+        self._steps_per_frame, step = whole_steps(options.time_step, fps)
+        options = with_precision(replace(options, time_step=step), scene)
+        tolerance = options.tolerance
+        if controller is not None:
+            # what a controller decides hangs on digits
+            tolerance = options.solver_tolerance
+        options = replace(options, tolerance=tolerance)
+        self.model = build_model(scene, options)
+        self.fps = float(fps)
+        self.name = name
+        self._stepper = Stepper(self.model)
+        self._state = State.at_rest(self.model)
+        self._after = State.at_rest(self.model)
+        self._control = Control.slack(self.model)
+        self._contacts = Contacts.none(self.model)
+        self._driver = None
+        if controller is not None and not self.model.segment_count:
+            warnings.warn(
+                f"{name!r} has no muscles, so its controller is never asked",
+                # the caller of the decorated constructor
+                stacklevel=3,
+            )
+        if controller is not None and self.model.segment_count:
+            self._driver = Driver(controller, Bridge(self._stepper), method)
+        self._rest_lengths = SLACK * self.model.muscles.rest_lengths
+        self._planned = ContactSample()
+        self._snapshots = Snapshots(self.model)
+        self._pushed = False
+        share = self.model.speed_share
+        self._sleep = Sleep(step, allowed=options.sleep, speed_share=share)
+        self._steps = 0
+        self._frames = 0
+        self._wall = 0.0
+        self._exporting = 0.0
+        self._log = StepLog()
+        self._account = RunAccount(self.model)
+        self._gauge = ShapeGauge(self.model)
+        self._status = "complete"
+        self._setup = time.perf_counter() - begun
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self._steps * self.model.options.time_step
+
+    def run(self, seconds: float) -> Iterator[Frame]:
+        """Frames at t = 0, 1/fps, ... up to ``seconds``.
+
+        Raises:
+            NotFiniteError: at the step where numbers stop being finite; frames before it are good.
+        """
+        seconds = checks.number("seconds of a run", seconds, above=0.0, unit="s")
+        return self._frames_until(seconds)
+
+    def _frames_until(self, seconds: float) -> Iterator[Frame]:
+        # until the last frame is asked for, the run is one that was left
+        self._status = "stopped"
+        yield self._handed_out()
+        while self.time + 0.5 / self.fps < seconds:
+            for _ in range(self._steps_per_frame):
+                self.step()
+            yield self._handed_out()
+        self._status = "complete"
+
+    def step(self) -> None:
+        """Advance by one time step.
+
+        Raises:
+            NotFiniteError: numbers stopped being finite.
+            InputError: a controller asked for what cannot be wanted.
+        """
+        try:
+            self._step()
+        except NotFiniteError:
+            self._status = "not finite"
+            raise
+        except Exception:
+            self._status = "failed"
+            raise
+
+    @shares_warp
+    def _step(self) -> None:
+        first = self._steps == 0
+        begun = time.perf_counter()
+        pushed = self._push()
+        wanted = self._goals()
+        acted = pushed or wanted is not None
+        if self._sleep.asleep and not acted:
+            self._sleep.skip()
+            self._steps += 1
+            self._wall += time.perf_counter() - begun
+            return
+        asked = time.perf_counter()
+        self._stepper.assemble(self._state)
+        assembled = time.perf_counter()
+        self._decide(wanted)
+        decided = time.perf_counter()
+        self._stepper.solve(self._state, self._control, self._contacts)
+        solved = time.perf_counter()
+        statistics = self._stepper.resolve_contact(
+            self._state, self._control, self._contacts, self._after
+        )
+        self._refuse_nonsense(statistics)
+        self._state, self._after = self._after, self._state
+        self._account.note(statistics, self.time)
+        self._steps += 1
+        self._sleep.note(statistics.fastest, acted=acted)
+        ended = time.perf_counter()
+        self._log.renewals += statistics.renewed
+        self._log.unconverged += not statistics.settled
+        if first:
+            # the first step loads kernels and captures graphs
+            self._setup += ended - begun
+            return
+        self._wall += ended - begun
+        log = self._log
+        log.seconds["assembly"].append(assembled - asked)
+        log.seconds["control"].append(asked - begun + decided - assembled)
+        log.seconds["solve"].append(solved - decided)
+        log.seconds["contact"].append(ended - solved)
+        log.iterations.append(statistics.iterations)
+        log.passes.append(statistics.passes)
+        log.residuals.append(statistics.residual)
+        log.signorini = max(log.signorini, statistics.signorini)
+        log.coulomb = max(log.coulomb, statistics.coulomb)
+
+    def _refuse_nonsense(self, statistics: StepStatistics) -> None:
+        """Stop a run whose step is not finite, too far away, or has its momentum from nowhere."""
+        options, what = self.model.options, None
+        if not statistics.finite:
+            what = "numbers stopped being finite"
+        elif not statistics.resolved:
+            what = f"nodes are too far away for {options.precision} to tell them apart"
+        elif not statistics.converged and self._account.has_diverged(self._stepper.account()):
+            what = "a linear solve diverged, and more momentum came from nowhere than from forces"
+        if what is None:
+            return
+        self._status = "not finite"
+        other = " or precision float64" if options.precision == "float32" else ""
+        raise NotFiniteError(
+            f"{what} at step {self._steps} ({self.time:.4f} s) of {self.name!r}; "
+            f"try a smaller time_step than {options.time_step:g} s{other}",
+            step=self._steps,
+            time=self.time,
+        )
+
+    def interrupt(self) -> None:
+        """Note that the run was broken off by the user."""
+        self._status = "interrupted"
+
+    def summary(self, stage: str | None = None) -> RunSummary:
+        """The run so far in numbers."""
+        model, log = self.model, self._log
+        positions = self._state.positions.numpy().astype(np.float64)
+        measured = (self._stepper.account(), self._gauge.read(), positions)
+        findings = self._account.findings(*measured)
+        status = "doubtful" if self._status == "complete" and findings.doubts else self._status
+        return RunSummary(
+            scene=self.name,
+            frames=self._frames,
+            simulated_seconds=self.time,
+            wall_seconds=self._wall,
+            export_seconds=self._exporting,
+            setup_seconds=self._setup,
+            time_step=model.options.time_step,
+            step_ms=log.spread_ms(),
+            tets=model.tet_count,
+            nodes=model.node_count,
+            segments=model.segment_count,
+            patches=log.patches,
+            qps_per_step=MeanSpread.of(log.qps),
+            cg_iterations=MeanSpread.of(log.iterations),
+            contact_passes=MeanSpread.of(log.passes),
+            residuals=Spread.of(log.residuals),
+            renewals=log.renewals,
+            unkicked_steps=log.unkicked,
+            left_out=model.absent_parts + (() if self._driver else ("control",)),
+            unconverged_steps=log.unconverged,
+            slept_steps=self._sleep.slept,
+            signorini=log.signorini,
+            coulomb=log.coulomb,
+            precision=model.options.precision,
+            findings=findings,
+            status=status,
+            stage=stage,
+        )
+
+    def count_export(self, seconds: float) -> None:
+        """Add the wall time that the receiver of the last frame took, shared by its steps."""
+        self._wall += seconds
+        self._exporting += seconds
+        recorded = len(self._log.seconds["solve"])
+        missing = recorded - len(self._log.seconds["export"])
+        self._log.seconds["export"] += [seconds / max(1, missing)] * missing
+
+    @shares_warp
+    def view(self) -> BodyView:
+        """The state as a controller sees it."""
+        return self._snapshots.view(self._state, self._contacts, self._rest_lengths, self.time)
+
+    def _goals(self) -> tuple[BodyView, Goals] | None:
+        """What the controller wants of the step, and what it saw."""
+        if self._driver is None:
+            return None
+        view = self.view()
+        try:
+            goals = self._driver.goals(view)
+        except InputError as error:
+            raise InputError(
+                f"{error} (asked for by the controller at step {self._steps}, {self.time:.4g} s)"
+            ) from error
+        return None if goals is None else (view, goals)
+
+    def _decide(self, wanted: tuple[BodyView, Goals] | None) -> None:
+        if self._driver is None:
+            return
+        if wanted is None:
+            self._rest_lengths = SLACK * self.model.muscles.rest_lengths
+            self._planned = ContactSample()
+        else:
+            try:
+                decision = self._driver.plan(*wanted)
+            except InputError as error:
+                raise InputError(
+                    f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
+                ) from error
+            self._rest_lengths = decision.rest_lengths
+            if not np.isfinite(self._rest_lengths).all():
+                raise NotFiniteError(
+                    f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
+                    f"{self.name!r}",
+                    step=self._steps,
+                    time=self.time,
+                )
+            self._planned = decision.planned
+            self._log.qps.append(decision.result.qp_count)
+            self._log.unconverged += not decision.converged
+            self._log.unkicked += not decision.kicked
+            self._log.patches = max(self._log.patches, len(decision.result.modes))
+        self._control.rest_lengths.assign(self._rest_lengths)
+
+    def _push(self) -> bool:
+        """Forces of the scene's pushes, averaged over the step; whether there are any."""
+        scene, dt = self.model.scene, self.model.options.time_step
+        shares = [push.share(self.time, self.time + dt) for push in scene.pushes]
+        if not any(shares) and not self._pushed:
+            return False
+        forces = np.zeros((self.model.node_count, 3))
+        acting = [(p, share) for p, share in zip(scene.pushes, shares, strict=True) if share > 0.0]
+        for push, share in acting:
+            nodes = scene.whole.region(push.region)
+            masses = self.model.masses[nodes]
+            forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
+        self._control.external_forces.assign(forces)
+        self._pushed = any(shares)
+        return self._pushed
+
+    @shares_warp
+    def _handed_out(self) -> Frame:
+        now = (self._state, self._contacts, self._rest_lengths, self._planned)
+        frame = self._snapshots.frame(self._frames, self.time, *now)
+        self._gauge.measure(self._state)
+        self._frames += 1
+        return frame

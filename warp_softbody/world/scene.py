@@ -1,0 +1,119 @@
+"""A scene: bodies, the ground they stand on, and what pushes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.body.character import Character
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.inputs.records import FrozenValue
+from warp_softbody.world.ground import Ground, checked_ground
+from warp_softbody.world.joined_bodies import Body, Part, join, parts_of
+
+STANDARD_GRAVITY = 9.81
+
+
+@dataclass(frozen=True, kw_only=True)
+class Push:
+    """A force spread over a region of the character by nodal mass, for a while.
+
+    Attributes:
+        region: name of the region that is pushed.
+        force: total force, N, (x, y, z).
+        start: s.
+        duration: s.
+    """
+
+    region: str
+    force: tuple[float, float, float]
+    start: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are not finite and negative durations."""
+        input_kinds.name("Push.region", self.region)
+        checks.keep(
+            self,
+            force=checks.vector("Push.force", self.force, unit="N"),
+            start=checks.number("Push.start", self.start, unit="s"),
+            duration=checks.number("Push.duration", self.duration, low=0.0, unit="s"),
+        )
+
+    def share(self, start: float, end: float) -> float:
+        """Fraction of the interval [start, end] s during which the push acts."""
+        overlap = min(end, self.start + self.duration) - max(start, self.start)
+        return max(0.0, overlap) / (end - start)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Scene(FrozenValue):
+    """What there is.
+
+    Attributes:
+        character: the body; the one that a controller moves.
+        others: bodies beside it, which touch it and each other.
+        ground: a plane, a height field or triangles; None for bodies in free space.
+        gravity: m/s^2.
+        pushes: forces over time.
+        initial_velocity: of every node of the character, m/s.
+        body_friction: Coulomb coefficient between bodies, and of a surface with itself.
+        self_contact: whether surfaces of one body touch each other.
+    """
+
+    character: Character
+    others: tuple[Body, ...] = ()
+    ground: Ground | None = None
+    gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
+    pushes: tuple[Push, ...] = ()
+    initial_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    body_friction: float = 0.5
+    self_contact: bool = False
+
+    def __post_init__(self) -> None:
+        """Check names, numbers, and that every push names a region."""
+        checks.instance("Scene.character", self.character, Character)
+        checks.keep(
+            self,
+            others=checks.items("Scene.others", self.others, Body),
+            ground=None if self.ground is None else checked_ground("Scene.ground", self.ground),
+            gravity=checks.vector("Scene.gravity", self.gravity, unit="m/s^2"),
+            pushes=checks.items("Scene.pushes", self.pushes, Push),
+            initial_velocity=checks.vector(
+                "Scene.initial_velocity", self.initial_velocity, unit="m/s"
+            ),
+            body_friction=checks.number("Scene.body_friction", self.body_friction, low=0.0),
+            self_contact=checks.truth("Scene.self_contact", self.self_contact),
+        )
+        input_kinds.distinct("bodies of the scene", (body.name for body in self.characters))
+        for push in self.pushes:
+            self.whole.region(push.region)
+
+    @property
+    def characters(self) -> tuple[Character, ...]:
+        """All bodies, the character first."""
+        return (self.character, *(body.character for body in self.others))
+
+    @cached_property
+    def whole(self) -> Character:
+        """All bodies joined, as the engine sees them; the character's nodes come first."""
+        return join(self.characters)
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Where each body stands in the joined arrays."""
+        return parts_of(self.characters)
+
+    @cached_property
+    def node_bodies(self) -> npt.NDArray[np.int32]:
+        """(n,) number of each node's body in `parts`."""
+        counts = [part.nodes.stop - part.nodes.start for part in self.parts]
+        return np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+
+    @property
+    def has_pairs(self) -> bool:
+        """Whether surfaces may touch each other."""
+        return self.self_contact or bool(self.others)
