@@ -1,6 +1,6 @@
-"""Controllers: objectives, the contact QPCC of one step and its solvers.
+"""Controllers: objectives, the motions, and the solver of the control problem of one step.
 
-Names are resolved on first use, so that the QPCC can be used without the motions and the engine.
+Names are resolved on first use, so that the QPCC solver is loaded without motions and engine.
 """
 
 from __future__ import annotations
@@ -20,32 +20,33 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.objectives import Objective
     from warp_softbody.controllers.patch_clusters import clustered_patches
     from warp_softbody.controllers.patches import Patch, ground_patches
-    from warp_softbody.controllers.qpcc.contact.complementarity_form import (
-        FullForm,
-        to_full,
-        to_general,
-    )
-    from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
-    from warp_softbody.controllers.qpcc.general.problem import QPCC
-    from warp_softbody.controllers.qpcc.result import (
+    from warp_softbody.controllers.qpcc import (
         COLD_OPTIONS,
+        QPCC,
         WARM_OPTIONS,
         ContactMultipliers,
+        ContactQPCC,
+        FullForm,
         GeneralMultipliers,
         GeneralResult,
         QPCCResult,
         QPCCStatus,
         SolverOptions,
+        enumerate_qpcc,
+        solve_qpcc,
+        solve_static,
+        to_full,
+        to_general,
+        uniform_directions,
     )
-    from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc, solve_static
 
 _HOMES = {
     "ActivationCost": "controller",
     "Balance": "motions.balance",
     "BalanceGains": "motions.balance",
-    "COLD_OPTIONS": "qpcc.result",
-    "ContactMultipliers": "qpcc.result",
-    "ContactQPCC": "qpcc.contact.problem",
+    "COLD_OPTIONS": "qpcc",
+    "ContactMultipliers": "qpcc",
+    "ContactQPCC": "qpcc",
     "Controller": "controller",
     "Crawl": "motions.crawl",
     "CrawlGains": "motions.crawl",
@@ -53,9 +54,9 @@ _HOMES = {
     "DIAGONAL_PAIRS": "motions.walk",
     "Exercise": "motions.exercise",
     "ExerciseGains": "motions.exercise",
-    "FullForm": "qpcc.contact.complementarity_form",
-    "GeneralMultipliers": "qpcc.result",
-    "GeneralResult": "qpcc.result",
+    "FullForm": "qpcc",
+    "GeneralMultipliers": "qpcc",
+    "GeneralResult": "qpcc",
     "Goals": "controller",
     "Jump": "motions.jump",
     "JumpGains": "motions.jump",
@@ -63,26 +64,26 @@ _HOMES = {
     "ONE_BY_ONE": "motions.walk",
     "Objective": "objectives",
     "Patch": "patches",
-    "QPCC": "qpcc.general.problem",
-    "QPCCResult": "qpcc.result",
-    "QPCCStatus": "qpcc.result",
+    "QPCC": "qpcc",
+    "QPCCResult": "qpcc",
+    "QPCCStatus": "qpcc",
     "Roll": "motions.roll",
     "RollGains": "motions.roll",
     "Slide": "motions.slide",
     "SlideGains": "motions.slide",
-    "SolverOptions": "qpcc.result",
+    "SolverOptions": "qpcc",
     "Sway": "motions.exercise",
-    "WARM_OPTIONS": "qpcc.result",
+    "WARM_OPTIONS": "qpcc",
     "Walk": "motions.walk",
     "WalkGains": "motions.walk",
     "clustered_patches": "patch_clusters",
-    "enumerate_qpcc": "qpcc.solve",
+    "enumerate_qpcc": "qpcc",
     "ground_patches": "patches",
-    "solve_qpcc": "qpcc.solve",
-    "solve_static": "qpcc.solve",
-    "to_full": "qpcc.contact.complementarity_form",
-    "to_general": "qpcc.contact.complementarity_form",
-    "uniform_directions": "qpcc.contact.problem",
+    "solve_qpcc": "qpcc",
+    "solve_static": "qpcc",
+    "to_full": "qpcc",
+    "to_general": "qpcc",
+    "uniform_directions": "qpcc",
 }
 
 __all__ = [

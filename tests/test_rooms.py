@@ -12,12 +12,13 @@ from tests.support.import_graph import ROOT, all_imports, circles, module_files
 
 PACKAGE = "warp_softbody."
 # Words of the table for several rooms at once.
-GROUPS = {"base": ("errors", "arrays", "inputs"), "the package": ("warp_softbody",)}
+GROUPS = {"base": ("errors", "arrays", "inputs", "contact_mode"), "the package": ("warp_softbody",)}
 # Room, a module or a folder with all that no row below it names: what it may import beside itself.
 ROOMS: dict[str, tuple[str, ...]] = {
     "errors": (),
     "arrays": (),
     "inputs": ("errors", "arrays"),
+    "contact_mode": ("inputs",),
     "atomic_files": (),
     "kernels": (),
     "device": ("errors", "kernels"),
@@ -59,9 +60,6 @@ KNOWN_IMPORTS = {
     # solvers of the step know the engine's model
     ("linear.pcg", "engine.model"),
     ("linear.preconditioner", "engine.model"),
-    # the contact modes stand with the frames that show them
-    ("controllers.qpcc.contact.mode_table", "world.frame"),
-    ("controllers.qpcc.result", "world.frame"),
     # constants of kernels are NumPy's
     ("kernels.contact.active_set", "numpy"),
     ("kernels.contact.pair_active_set", "numpy"),

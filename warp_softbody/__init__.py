@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from warp_softbody.body.material import Material
     from warp_softbody.body.mesh import TetMesh
     from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+    from warp_softbody.contact_mode import ContactMode
     from warp_softbody.engine.model import Model, build_model
     from warp_softbody.engine.options import SimulationOptions
     from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from warp_softbody.engine.stepper import Stepper
     from warp_softbody.run.simulation import Simulation
     from warp_softbody.stage_exports import StageWriter
-    from warp_softbody.world.frame import ContactMode, ContactSample, Frame
+    from warp_softbody.world.frame import ContactSample, Frame
     from warp_softbody.world.ground import Plane
     from warp_softbody.world.height_field import HeightField
     from warp_softbody.world.joined_bodies import Body, placed
@@ -37,7 +38,7 @@ _NAMES = {
     "Body": "world.joined_bodies",
     "Bridge": "engine.reduced_dynamics",
     "Character": "body.character",
-    "ContactMode": "world.frame",
+    "ContactMode": "contact_mode",
     "ContactSample": "world.frame",
     "Contacts": "engine.state",
     "Control": "engine.state",

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import piqp
-import scipy.sparse as sp
 
 from warp_softbody.controllers.qp.problem import (
     QPMultipliers,
@@ -16,6 +15,7 @@ from warp_softbody.controllers.qp.problem import (
     QPStatus,
     checked,
 )
+from warp_softbody.controllers.qp.sparse_or_dense import column_major, is_sparse
 from warp_softbody.errors import InputError
 
 VERDICTS = {
@@ -55,20 +55,19 @@ class PIQPBackend:
 
     def solve(self, problem: QPProblem) -> QPSolution:
         """Solve one QP from scratch (an interior point method has no warm start)."""
-        sparse = sp.issparse(problem.P)
+        sparse = is_sparse(problem.P)
         solver = piqp.SparseSolver() if sparse else piqp.DenseSolver()
         for name, value in self._settings.items():
             setattr(solver.settings, name, value)
-        matrix = sp.csc_matrix if sparse else np.asfortranarray
         rows, equations = problem.h.size > 0, problem.b.size > 0
         symmetric = not sparse and problem.P.flags.c_contiguous
         solver.setup(
             # P is symmetric: its transpose is the column-major copy that PIQP wants.
-            problem.P.T if symmetric else matrix(problem.P),
+            problem.P.T if symmetric else column_major(problem.P),
             problem.c,
-            matrix(problem.A) if equations else None,
+            column_major(problem.A) if equations else None,
             problem.b if equations else None,
-            matrix(problem.G) if rows else None,
+            column_major(problem.G) if rows else None,
             problem.h if rows else None,
             None,
             problem.lower,

@@ -1,4 +1,7 @@
-"""Matrices of a general QPCC, kept sparse where that pays: large problems with few entries."""
+"""Matrices of a general QPCC, kept sparse where that pays: large problems with few entries.
+
+``scipy.sparse`` is loaded by the first such problem, as most programs never meet one.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,6 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-import scipy.sparse as sp
 
 from warp_softbody.arrays import FloatArray
 
@@ -29,18 +31,41 @@ def held(*matrices: FloatArray) -> tuple[Matrix, ...]:
     small = matrices[0].shape[1] <= SPARSE_SIZE
     if small or entries >= SPARSE_FILL * sum(matrix.size for matrix in matrices):
         return matrices
+    import scipy.sparse as sp
+
     return tuple(sp.csr_array(matrix) for matrix in matrices)
+
+
+def is_sparse(matrix: Matrix) -> bool:
+    """Whether a matrix is kept sparse."""
+    return not isinstance(matrix, np.ndarray)
 
 
 def stacked(parts: Sequence[Matrix]) -> Matrix:
     """Rows one below the other; sparse if the first ones are."""
-    return sp.vstack(parts, format="csr") if sp.issparse(parts[0]) else np.concatenate(parts)
+    if not is_sparse(parts[0]):
+        return np.concatenate(parts)
+    import scipy.sparse as sp
+
+    return sp.vstack(parts, format="csr")
 
 
 def shifted(matrix: Matrix, amount: float) -> Matrix:
     """A square matrix plus ``amount`` on its diagonal."""
-    eye = sp.eye_array if sp.issparse(matrix) else np.eye
-    return matrix + amount * eye(matrix.shape[0])
+    if not is_sparse(matrix):
+        return matrix + amount * np.eye(matrix.shape[0])
+    import scipy.sparse as sp
+
+    return matrix + amount * sp.eye_array(matrix.shape[0])
+
+
+def column_major(matrix: Matrix) -> Any:
+    """The same in the order of columns: a ``csc_matrix``, or an array in Fortran's order."""
+    if not is_sparse(matrix):
+        return np.asfortranarray(matrix)
+    import scipy.sparse as sp
+
+    return sp.csc_matrix(matrix)
 
 
 def dense(matrix: Matrix) -> FloatArray:

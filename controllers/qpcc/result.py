@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.controllers.qpcc.contact.mode_table import contact_mode
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import Value
-from warp_softbody.world.frame import ContactMode
 
 
 class QPCCStatus(Enum):

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.conventions import TIME_CODE_DIGITS
-from warp_softbody.world.frame import ContactMode, ContactSample, Frame
+from warp_softbody.world.frame import ContactSample, Frame
 
 LARGEST = float(np.finfo(np.float32).max)
 """What single precision, in which everything is stored, can hold."""

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.stage_exports.conventions import IntArray
-from warp_softbody.world.frame import ContactMode, ContactSample
+from warp_softbody.world.frame import ContactSample
 
 if TYPE_CHECKING:
     from warp_softbody.stage_exports.usd.extraction import StoredContacts

@@ -13,6 +13,7 @@ from tests.controllers.qpcc.test_qpcc import MASS, WEIGHT_IMPULSE, block
 from tests.controllers.qpcc.test_search import enumerate_pairs, soft_body
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DirectionalFriction
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
 from warp_softbody.controllers.qpcc.contact.complementarity_form import to_general
 from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
@@ -20,7 +21,6 @@ from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
 from warp_softbody.controllers.qpcc.result import QPCCStatus
 from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc
-from warp_softbody.world.frame import ContactMode
 
 FRICTION = 0.5
 LIMIT = FRICTION * WEIGHT_IMPULSE

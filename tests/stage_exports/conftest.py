@@ -13,8 +13,9 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.stage_exports import StageWriter
-from warp_softbody.world.frame import ContactMode, ContactSample, Frame
+from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 

@@ -12,7 +12,7 @@ from tests.support.bodies import Rig, box, rig
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.world.frame import ContactMode
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.world.ground import Plane
 
 G = 9.81

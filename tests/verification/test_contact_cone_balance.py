@@ -13,6 +13,7 @@ from tests.support.bodies import Rig, box
 from tests.verification.test_contact_directions import scaly_slab
 from tests.verification.test_contact_drops import G, cube, energy
 from warp_softbody.cli import main
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.engine import model as model_module
 from warp_softbody.engine.options import Cone, Precision, SimulationOptions
 from warp_softbody.errors import InputError
@@ -20,7 +21,6 @@ from warp_softbody.kernels.linear.pcg import FREE, HELD, LINE, SLIDES
 from warp_softbody.linear.preconditioner import TwoLevel, WarpedFactor
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.stage_exports import measure, read_take
-from warp_softbody.world.frame import ContactMode
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 

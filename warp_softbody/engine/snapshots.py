@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import Contacts, PairStates, State
-from warp_softbody.world.frame import GROUND, ContactMode, ContactSample, Frame
+from warp_softbody.world.frame import GROUND, ContactSample, Frame
 from warp_softbody.world.view import BodyView
 
 Touching = tuple[

@@ -3,30 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
-from warp_softbody.inputs import array_checks, checks, input_kinds
+from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import Value
 
 IntArray = npt.NDArray[np.int32]
-
-
-class ContactMode(IntEnum):
-    """What a touching point does (docs/method.md section 5)."""
-
-    LIFT = 0
-    STICK = 1
-    SLIDE = 2
-
-    @classmethod
-    def _missing_(cls, value: object) -> ContactMode:
-        """Refuse a number of none of the modes."""
-        return input_kinds.member("ContactMode", value, cls)
 
 
 GROUND = -1

@@ -23,9 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import BoolArray, FloatArray
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.controllers.qpcc.contact.mode_cones import frictional_shapes, frictionless_shapes
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
-from warp_softbody.world.frame import ContactMode
 
 IntArray = npt.NDArray[np.int64]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from warp_softbody.contact_mode import ContactMode
 from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
 from warp_softbody.controllers.qpcc.contact.complementarity_form import (
@@ -19,7 +20,6 @@ from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_
 from warp_softbody.controllers.qpcc.result import QPCCStatus, SolverOptions
 from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc, solve_static
 from warp_softbody.errors import InputError
-from warp_softbody.world.frame import ContactMode
 
 MASS = 2.0
 WEIGHT_IMPULSE = MASS * 9.81 * 0.01
