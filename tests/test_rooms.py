@@ -75,14 +75,6 @@ KNOWN_IMPORTS = {
     ("accuracy.runs.peers.pardiso_step", "benchmarks.beam.corotation"),
     ("accuracy.runs.peers.pardiso_step", "benchmarks.beam.solver"),
     # helpers that still stand in test modules
-    ("tests.controllers.qp.test_squares", "tests.controllers.qpcc.test_hard"),
-    ("tests.controllers.qp.test_squares", "tests.controllers.qpcc.test_search"),
-    ("tests.controllers.qpcc.test_hard", "tests.controllers.qpcc.test_search"),
-    ("tests.controllers.qpcc.test_warm", "tests.controllers.qpcc.test_hard"),
-    ("tests.controllers.qpcc.test_warm", "tests.controllers.qpcc.test_search"),
-    ("tests.controllers.test_directional_friction", "tests.controllers.qpcc.test_qpcc"),
-    ("tests.controllers.test_directional_friction", "tests.controllers.qpcc.test_search"),
-    ("tests.controllers.test_perturbation_schedule", "tests.controllers.qpcc.test_search"),
     ("tests.linear.test_two_level", "tests.linear.test_symbolic_ldlt"),
     (
         "tests.verification.conservation.test_collisions",

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from tests.controllers.qpcc.test_qpcc import MASS, WEIGHT_IMPULSE, block
-from tests.controllers.qpcc.test_search import enumerate_pairs, soft_body
+from tests.support.contact_problems import MASS, WEIGHT_IMPULSE, block, enumerate_pairs, soft_body
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.contact_mode import ContactMode
@@ -33,18 +32,13 @@ ONE_CORNER = np.array([10.0, 1, 1, 1, 1, 1, 1, 1])
 """Its neighbours lie inside the hull of the long corner and the next ones."""
 
 
-def with_factors(problem: ContactQPCC, factors: FloatArray) -> ContactQPCC:
-    values: dict[str, Any] = {entry.name: getattr(problem, entry.name) for entry in fields(problem)}
-    return ContactQPCC(**(values | {"factors": factors}))
-
-
 def uneven(seed: int, *, contacts: int, directions: int) -> ContactQPCC:
     """A soft body with one direction of friction ten times the others, drawn for each contact."""
     plain = soft_body(seed, contacts=contacts, controls=5, directions=directions)
     factors = np.ones((contacts, directions))
     long = np.random.default_rng(seed).integers(directions, size=contacts)
     factors[np.arange(contacts), long] = 10.0
-    return with_factors(plain, factors)
+    return replace(plain, factors=factors)
 
 
 @pytest.mark.parametrize(("contacts", "directions"), [(1, 3), (1, 4), (1, 5), (2, 3)])
@@ -71,7 +65,7 @@ def test_the_solvers_of_both_forms_agree_with_enumeration(seed: int, contacts: i
 
 def test_factors_of_one_are_the_default_to_the_last_bit() -> None:
     plain = soft_body(3, contacts=4, controls=8)
-    ones = with_factors(plain, np.ones((4, 8)))
+    ones = replace(plain, factors=np.ones((4, 8)))
     one, other = solve_qpcc(plain, budget=40), solve_qpcc(ones, budget=40)
     np.testing.assert_array_equal(one.x, other.x)
     assert one.modes == other.modes and one.qp_count == other.qp_count
@@ -134,7 +128,7 @@ def test_a_sliding_block_meets_the_friction_of_its_own_way(
 def test_the_forward_problem_has_a_point_at_any_controls(seed: int) -> None:
     rng = np.random.default_rng(seed)
     turned = np.array([np.roll(BACKWARD, shift) for shift in rng.integers(8, size=6)])
-    problem = with_factors(soft_body(seed, contacts=6, controls=6), turned)
+    problem = replace(soft_body(seed, contacts=6, controls=6), factors=turned)
     reduced = ReducedProblem(problem, PIQPBackend())
     for controls in reduced.lower + (reduced.upper - reduced.lower) * rng.random((5, 6)):
         found = forward_contact(reduced, controls)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.controllers.qpcc.test_search import soft_body
+from tests.support.contact_problems import soft_body
 from warp_softbody.controllers import QPCCResult, SolverOptions, solve_qpcc
 from warp_softbody.controllers.perturbation_schedule import CALM, HELD, KickRule
 

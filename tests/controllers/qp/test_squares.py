@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.controllers.qpcc.test_hard import changed
-from tests.controllers.qpcc.test_search import soft_body
+from tests.support.contact_problems import soft_body
 from warp_softbody.controllers import ContactQPCC, solve_qpcc
 from warp_softbody.controllers.qp.daqp_solver import DAQPBackend
 from warp_softbody.controllers.qp.diagonal_plus_low_rank import Gram, lowest
@@ -27,7 +26,7 @@ def with_squares(problem: ContactQPCC) -> ContactQPCC:
     controls = np.arange(problem.control_count)
     rest[controls, controls] -= EFFORT
     sizes, vectors = np.linalg.eigh(rest)
-    return changed(problem, squares=(vectors[:, -8:] * np.sqrt(sizes[-8:])).T)
+    return replace(problem, squares=(vectors[:, -8:] * np.sqrt(sizes[-8:])).T)
 
 
 @pytest.mark.parametrize("contacts", [1, 4])
@@ -106,6 +105,6 @@ def test_squares_that_are_not_the_hessian_are_refused() -> None:
     good = with_squares(soft_body(0, contacts=1, controls=40))
     for squares in (1.01 * good.squares, np.vstack([good.squares, np.eye(43)[:1]])):
         with pytest.raises(InputError, match="squares"):
-            changed(good, squares=squares)
+            replace(good, squares=squares)
     with pytest.raises(InputError, match="squares must be"):
-        changed(good, squares=good.squares[:, 1:])
+        replace(good, squares=good.squares[:, 1:])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -51,11 +51,6 @@ def random_problem(seed: int, *, n: int = 6, p: int = 5, rank: int | None = None
     )
 
 
-def changed(problem: QPCC, **changes: Any) -> QPCC:
-    values = {entry.name: getattr(problem, entry.name) for entry in fields(problem)}
-    return QPCC(**(values | changes))
-
-
 def brute_force(problem: QPCC) -> float:
     """Least objective over all 2^p choices of zero sides, one QP each."""
     best, backend = np.inf, PIQPBackend()
@@ -95,7 +90,7 @@ def test_small_problems_are_solved_globally(seed: int, rank: int | None) -> None
 
 
 def test_the_multipliers_balance_the_gradient() -> None:
-    problem = changed(random_problem(3), G=np.ones((1, 11)), h=np.array([0.5]))
+    problem = replace(random_problem(3), G=np.ones((1, 11)), h=np.array([0.5]))
     result = solve_qpcc(problem)
     known = result.multipliers
     assert isinstance(known, GeneralMultipliers)
@@ -134,7 +129,7 @@ def test_starts_seeds_and_budgets() -> None:
 
 
 def test_an_empty_feasible_set_is_called_infeasible() -> None:
-    crossed = changed(
+    crossed = replace(
         random_problem(0), G=np.vstack([np.eye(11)[0], -np.eye(11)[0]]), h=np.array([-0.5, -0.5])
     )
     # Both sides at least one half: the relaxation has points, no combination of sides has.
@@ -190,7 +185,7 @@ def test_badly_scaled_rows_change_nothing(seed: int) -> None:
     plain = random_problem(seed)
     rng = np.random.default_rng(seed)
     left, right = 10.0 ** rng.uniform(-8, 8, size=(2, 5))
-    scaled = changed(
+    scaled = replace(
         plain,
         L=plain.L * left[:, None],
         l0=plain.l0 * left,
@@ -209,17 +204,18 @@ def test_badly_scaled_rows_change_nothing(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_duplicate_pairs_and_rows_change_nothing(seed: int) -> None:
     plain = random_problem(seed)
-    twice = {name: np.concatenate([getattr(plain, name)] * 2) for name in ("L", "l0", "R", "r0")}
+    names = ("L", "l0", "R", "r0")
+    twice: Any = {name: np.concatenate([getattr(plain, name)] * 2) for name in names}
     equations = np.tile(np.r_[1.0, -1.0, np.zeros(9)], (2, 1))
-    double = changed(plain, A=equations, b=np.zeros(2), **twice)
-    single = changed(plain, A=equations[:1], b=np.zeros(1))
+    double = replace(plain, A=equations, b=np.zeros(2), **twice)
+    single = replace(plain, A=equations[:1], b=np.zeros(1))
     here, there = solve_qpcc(single), solve_qpcc(double)
     assert there.status in USABLE and there.complementarity < 1e-8
     np.testing.assert_allclose(there.objective, here.objective, rtol=1e-6, atol=1e-6)
 
 
 def test_an_indefinite_objective_gives_a_point_and_claims_no_more() -> None:
-    problem = changed(
+    problem = replace(
         random_problem(0), Q=random_problem(0).Q - 2.0 * np.diag(np.r_[1, [0.0] * 10])
     )
     result = solve_qpcc(problem, budget=300)
@@ -268,12 +264,13 @@ ARRAYS = [entry.name for entry in fields(QPCC)]
 
 @pytest.mark.parametrize("name", ARRAYS)
 def test_nan_is_refused_with_the_name_of_the_field(name: str) -> None:
-    problem = changed(random_problem(0), G=np.ones((1, 11)), h=np.ones(1))
-    problem = changed(problem, A=np.ones((1, 11)), b=np.ones(1))
+    problem = replace(random_problem(0), G=np.ones((1, 11)), h=np.ones(1))
+    problem = replace(problem, A=np.ones((1, 11)), b=np.ones(1))
     value = np.array(getattr(problem, name), dtype=float)
     value.reshape(-1)[0] = np.nan
+    wrong: dict[str, Any] = {name: value}
     with pytest.raises(InputError, match=name):
-        changed(problem, **{name: value})
+        replace(problem, **wrong)
 
 
 @pytest.mark.parametrize(
@@ -287,7 +284,7 @@ def test_nan_is_refused_with_the_name_of_the_field(name: str) -> None:
 )
 def test_unusable_input_is_refused_with_a_sentence(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        changed(random_problem(0), **changes)
+        replace(random_problem(0), **changes)
 
 
 def test_unusable_calls_are_refused() -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.controllers.qpcc.test_search import soft_body
+from tests.support.contact_problems import repeated, soft_body
 from warp_softbody.controllers import (
     ContactQPCC,
     QPCCStatus,
@@ -24,28 +23,6 @@ from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProb
 from warp_softbody.errors import InputError
 
 SHORT = SolverOptions(max_qps=60, kicks=6)
-
-
-def changed(problem: ContactQPCC, **changes: Any) -> ContactQPCC:
-    values = {entry.name: getattr(problem, entry.name) for entry in fields(problem)}
-    return ContactQPCC(**(values | changes))
-
-
-def repeated(problem: ContactQPCC, contacts: list[int]) -> ContactQPCC:
-    """The problem with contacts listed again, so that Wf has no full rank."""
-    nu = problem.control_count
-    rows = np.concatenate([3 * i + np.arange(3) for i in contacts])
-    z = np.r_[np.arange(nu), nu + rows]
-    return changed(
-        problem,
-        hessian=problem.hessian[np.ix_(z, z)],
-        gradient=problem.gradient[z],
-        velocity_offset=problem.velocity_offset[rows],
-        velocity_from_controls=problem.velocity_from_controls[rows],
-        velocity_from_forces=problem.velocity_from_forces[np.ix_(rows, rows)],
-        friction=problem.friction[contacts],
-        factors=problem.factors[contacts],
-    )
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -119,7 +96,7 @@ def test_a_rigid_block_on_many_points_obeys_coulomb_as_a_whole(
 @pytest.mark.parametrize("friction", [0.0, 1e-12, 10.0])
 def test_extreme_friction_against_enumeration(friction: float) -> None:
     for seed in range(4):
-        problem = changed(
+        problem = replace(
             soft_body(seed, contacts=2, controls=6, directions=4), friction=np.full(2, friction)
         )
         result, reference = solve_qpcc(problem, budget=200), enumerate_qpcc(problem)
@@ -131,7 +108,7 @@ def test_a_singular_objective_gives_consistent_points() -> None:
     for seed in range(4):
         problem = soft_body(seed, contacts=2, controls=30, directions=4)
         slopes = problem.hessian - np.diag(np.r_[np.full(30, 1e-2), np.zeros(6)])
-        singular = changed(problem, hessian=0.5 * (slopes + slopes.T))
+        singular = replace(problem, hessian=0.5 * (slopes + slopes.T))
         result = solve_qpcc(singular, options=SHORT)
         assert result.complementarity < 1e-8
         assert result.objective >= enumerate_qpcc(singular).objective - 1e-6
@@ -139,7 +116,7 @@ def test_a_singular_objective_gives_consistent_points() -> None:
 
 def test_without_any_objective_a_consistent_point_comes_back() -> None:
     plain = soft_body(0, contacts=3, controls=6)
-    nothing = changed(plain, hessian=np.zeros((15, 15)), gradient=np.zeros(15), constant=0.0)
+    nothing = replace(plain, hessian=np.zeros((15, 15)), gradient=np.zeros(15), constant=0.0)
     result = solve_qpcc(nothing, options=SHORT)
     assert result.objective == 0.0 and result.complementarity < 1e-8
 
@@ -157,7 +134,7 @@ def test_badly_scaled_contacts(exponent: int) -> None:
     """One contact's mobility is 1e8 times smaller or larger than its neighbour's."""
     plain = soft_body(2, contacts=2, controls=6, directions=4)
     size = np.r_[np.ones(3), np.full(3, 10.0 ** (0.5 * exponent))]
-    scaled = changed(
+    scaled = replace(
         plain,
         velocity_offset=plain.velocity_offset * size,
         velocity_from_controls=plain.velocity_from_controls * size[:, None],

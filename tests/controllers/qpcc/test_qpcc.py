@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.support.contact_problems import MASS, WEIGHT_IMPULSE, block
 from warp_softbody.contact_mode import ContactMode
 from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
@@ -20,27 +21,6 @@ from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_
 from warp_softbody.controllers.qpcc.result import QPCCStatus, SolverOptions
 from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc, solve_static
 from warp_softbody.errors import InputError
-
-MASS = 2.0
-WEIGHT_IMPULSE = MASS * 9.81 * 0.01
-"""N s in one step of 0.01 s."""
-
-
-def block(
-    push: tuple[float, float, float], *, friction: float = 0.5, wanted: float = 0.0, **changes: Any
-) -> ContactQPCC:
-    """A point mass on the ground; push is an impulse (N s), the one control pushes along t1."""
-    values: dict[str, Any] = {
-        "hessian": np.diag([1.0, 0.0, 0.0, 0.0]),
-        "gradient": np.array([-wanted, 0.0, 0.0, 0.0]),
-        "lower": np.array([-np.inf]),
-        "upper": np.array([np.inf]),
-        "velocity_offset": (np.array(push) - [WEIGHT_IMPULSE, 0.0, 0.0]) / MASS,
-        "velocity_from_controls": np.array([[0.0], [1.0], [0.0]]) / MASS,
-        "velocity_from_forces": np.eye(3) / MASS,
-        "friction": friction,
-    }
-    return ContactQPCC(**(values | changes))
 
 
 def test_a_block_sticks_under_the_friction_limit() -> None:
@@ -153,9 +133,9 @@ def test_nan_is_refused_with_the_name_of_the_field(name: str) -> None:
     good = block((0.0, 0.0, 0.0), factors=np.ones((1, 8)), squares=squares)
     value = np.array(getattr(good, name), dtype=float)
     value.reshape(-1)[0] = np.nan
-    values = {entry.name: getattr(good, entry.name) for entry in fields(good)}
+    wrong: dict[str, Any] = {name: value}
     with pytest.raises(InputError, match=name):
-        ContactQPCC(**(values | {name: value}))
+        replace(good, **wrong)
 
 
 @pytest.mark.parametrize(

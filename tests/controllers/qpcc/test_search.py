@@ -3,82 +3,28 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import fields
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.support.contact_problems import enumerate_pairs, soft_body
 from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
-from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
 from warp_softbody.controllers.qpcc.contact.complementarity_form import (
     complementarity,
     force_map,
     full_point,
-    to_full,
 )
 from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact, lemke
-from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
+from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 from warp_softbody.controllers.qpcc.result import QPCCResult, QPCCStatus, SolverOptions
 from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc, solve_static
 from warp_softbody.errors import InputError
 
 
-def soft_body(seed: int, *, contacts: int, controls: int, directions: int = 8) -> ContactQPCC:
-    """Contacts on a random soft body of 30 more unknowns; eight momentum-like rows to be met."""
-    rng = np.random.default_rng(seed)
-    size, k = 3 * contacts + 30, 3 * contacts
-    factor = rng.normal(size=(size, size))
-    mobility = factor @ factor.T / size + 0.05 * np.eye(size)
-    muscles = 0.6 * rng.normal(size=(size, controls))
-    velocity = 0.5 * rng.normal(size=size)
-    velocity[0:k:3] -= 0.8 * rng.random(contacts)
-    rows = rng.normal(size=(8, size))
-    slopes = np.hstack([rows @ mobility @ muscles, rows @ mobility[:, :k]])
-    error = rows @ velocity + 0.5 * rng.normal(size=8)
-    effort = np.diag(np.r_[np.full(controls, 1e-2), np.zeros(k)])
-    return ContactQPCC(
-        hessian=slopes.T @ slopes + effort,
-        gradient=slopes.T @ error,
-        constant=0.5 * float(error @ error),
-        lower=np.full(controls, -0.5),
-        upper=np.full(controls, 0.5),
-        velocity_offset=velocity[:k],
-        velocity_from_controls=(mobility @ muscles)[:k],
-        velocity_from_forces=mobility[:k, :k],
-        friction=np.full(contacts, 0.7),
-        directions=uniform_directions(directions),
-    )
-
-
 def relative_gap(result: QPCCResult, reference: QPCCResult) -> float:
     return (result.objective - reference.objective) / (1e-3 + abs(reference.objective))
-
-
-def enumerate_pairs(problem: ContactQPCC) -> float:
-    """Least objective over all 2^pairs choices of a zero side in the full form, without pieces."""
-    full, best = to_full(problem), np.inf
-    backend = PIQPBackend()
-    left, right = np.c_[full.L, full.l0], np.c_[full.R, full.r0]
-    for choice in itertools.product((False, True), repeat=len(full.l0)):
-        side = np.array(choice)
-        zero, positive = left.copy(), right.copy()
-        zero[side], positive[side] = right[side], left[side]
-        solution = backend.solve(
-            QPProblem(
-                P=full.Q,
-                c=full.c,
-                A=zero[:, :-1],
-                b=-zero[:, -1],
-                G=positive[:, :-1],
-                h=-positive[:, -1],
-                lower=full.lb,
-                upper=full.ub,
-            )
-        )
-        if solution.status is QPStatus.SOLVED:
-            best = min(best, solution.value + full.c0)
-    return best
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -125,12 +71,11 @@ def test_directional_friction_and_mixed_coefficients_against_enumeration() -> No
     problems = []
     for seed in range(6):
         plain = soft_body(seed, contacts=2, controls=8, directions=4)
-        values = {entry.name: getattr(plain, entry.name) for entry in fields(plain)}
         uneven = np.where(rng.random((2, 4)) < 0.3, 10.0, 1.0)
-        problems.append(ContactQPCC(**(values | {"factors": uneven})))
-        problems.append(ContactQPCC(**(values | {"friction": np.array([0.0, 10.0])})))
-        unbounded = {"lower": np.full(8, -np.inf), "upper": np.full(8, np.inf)}
-        problems.append(ContactQPCC(**(values | unbounded)))
+        problems.append(replace(plain, factors=uneven))
+        problems.append(replace(plain, friction=np.array([0.0, 10.0])))
+        unbounded = np.full(8, np.inf)
+        problems.append(replace(plain, lower=-unbounded, upper=unbounded))
     assert check_against_enumeration(problems, None) >= 0.95
 
 

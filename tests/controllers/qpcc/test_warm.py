@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.controllers.qpcc.test_hard import changed, repeated
-from tests.controllers.qpcc.test_search import soft_body
+from tests.support.contact_problems import repeated, soft_body
 from warp_softbody.controllers import ContactQPCC, QPCCStatus, SolverOptions
 from warp_softbody.controllers.qp.daqp_solver import DAQPBackend
 from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
@@ -55,7 +55,7 @@ def test_two_qps_are_enough_for_that() -> None:
 def test_negative_values_and_no_constant_change_nothing_of_it() -> None:
     for seed, start in zip(range(8), starts(0, 4, 8), strict=True):
         problem = soft_body(seed, contacts=4, controls=12)
-        never_worse(changed(problem, constant=-10.0), start, SolverOptions(kicks=0))
+        never_worse(replace(problem, constant=-10.0), start, SolverOptions(kicks=0))
 
 
 def test_redundant_contacts_that_disagree_hold_nowhere() -> None:
@@ -65,7 +65,7 @@ def test_redundant_contacts_that_disagree_hold_nowhere() -> None:
     reduced = ReducedProblem(problem, DAQPBackend())
     assert reduced.solve((1, 1, 1)) is not None
     offset[6] += 1e-5 * problem.scales[0]
-    reduced = ReducedProblem(changed(problem, velocity_offset=offset), DAQPBackend())
+    reduced = ReducedProblem(replace(problem, velocity_offset=offset), DAQPBackend())
     assert reduced.solve((1, 1, 1)) is None
     assert reduced.solve((1, 1, 0)) is not None
 
