@@ -57,9 +57,6 @@ ONLY = {"kernels": {"warp"}}
 KNOWN_IMPORTS = {
     # scenes are refined where bodies are
     ("body.refinement", "world.scene"),
-    # solvers of the step know the engine's model
-    ("linear.pcg", "engine.model"),
-    ("linear.preconditioner", "engine.model"),
     # constants of kernels are NumPy's
     ("kernels.contact.active_set", "numpy"),
     ("kernels.contact.pair_active_set", "numpy"),

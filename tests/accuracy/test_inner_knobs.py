@@ -14,20 +14,30 @@ from warp_softbody.accuracy.runs.inner_knobs import inner_knobs
 from warp_softbody.accuracy.runs.running import Job, run_job
 from warp_softbody.controllers import ContactQPCC, solve_qpcc
 from warp_softbody.controllers import control_solver as driver
-from warp_softbody.engine import model
+from warp_softbody.engine import linear_system as system
 from warp_softbody.run.simulation import Simulation
 
 PLAIN = Settings(time_step=1.0 / 60.0)
 
 
 def test_all_are_set_back_after_an_error() -> None:
-    before = driver.STEP_OPTIONS, driver.CALM_OPTIONS, driver.build_qpcc, model.MOST_FACTOR_BLOCKS
+    before = (
+        driver.STEP_OPTIONS,
+        driver.CALM_OPTIONS,
+        driver.build_qpcc,
+        system.MOST_FACTOR_BLOCKS,
+    )
     turned = replace(PLAIN, qps=3, plan_cone=4, preconditioner="two-level")
     with pytest.raises(RuntimeError), inner_knobs(turned):
         assert driver.STEP_OPTIONS.max_qps == driver.CALM_OPTIONS.max_qps == 3
-        assert driver.build_qpcc is not before[2] and model.MOST_FACTOR_BLOCKS == 0
+        assert driver.build_qpcc is not before[2] and system.MOST_FACTOR_BLOCKS == 0
         raise RuntimeError
-    after = driver.STEP_OPTIONS, driver.CALM_OPTIONS, driver.build_qpcc, model.MOST_FACTOR_BLOCKS
+    after = (
+        driver.STEP_OPTIONS,
+        driver.CALM_OPTIONS,
+        driver.build_qpcc,
+        system.MOST_FACTOR_BLOCKS,
+    )
     assert after == before
     with inner_knobs(PLAIN):
         assert driver.build_qpcc is before[2]

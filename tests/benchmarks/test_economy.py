@@ -31,7 +31,7 @@ def test_a_build_without_muscles_does_the_same() -> None:
 
 def test_ratios_are_of_the_same_steps() -> None:
     """A preconditioner that is never kept costs more, whatever the machine does."""
-    assert economy.restless("cantilever").model.aggregation is None
+    assert economy.restless("cantilever").model.system.coarse is None
     found = economy.ratio(
         lambda: economy.plain("cantilever"), lambda: economy.restless("cantilever"), steps=40
     )

@@ -33,7 +33,7 @@ from benchmarks.preconditioners.two_level import (
 from tests.support.bodies import rig
 from warp_softbody import SimulationOptions
 from warp_softbody.arrays import FloatArray
-from warp_softbody.engine import model as model_module
+from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Precision
 from warp_softbody.linear.block_sparsity import Pattern
 from warp_softbody.linear.symbolic_ldlt import build_elimination
@@ -167,8 +167,8 @@ def test_ours_is_what_the_engine_does(
 ) -> None:
     """As many iterations as the engine's own step took; rounding may move the last one."""
     beam = cantilever(tets)
-    if len(beam.mesh.points) <= model_module.LARGEST_FACTOR:
-        monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
+    if len(beam.mesh.points) <= linear_system.LARGEST_FACTOR:
+        monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
     solver = OurBeam(beam, TIME_STEP, precision)
     for _ in range(SWING_STEPS):
         solver.step()
@@ -185,19 +185,20 @@ def test_ours_is_what_the_engine_does(
 def test_coarse_matrix_and_its_price_are_the_engine_s(
     system: StepSystem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
+    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
     fixed = np.flatnonzero(system.beam.fixed)
     model = rig(system.beam.mesh, material=MATERIAL, fixed=fixed, time_step=TIME_STEP).model
-    assert model.aggregation is not None
+    level = model.system.coarse
+    assert level is not None
     motions = rigid_motions(system).tocsr()
     found = blocks_of(regularised((motions.T @ system.rest @ motions).tocsr()))
-    pattern = model.aggregation.pattern
+    pattern = level.aggregation.pattern
     np.testing.assert_array_equal(found.indptr, pattern.row_start)
     np.testing.assert_array_equal(found.indices, pattern.column)
     # sums of at most 100 terms, each of a few roundings
-    expected = model.coarse_values
+    expected = level.values
     np.testing.assert_allclose(found.data, expected, rtol=0.0, atol=1e-13 * expected.max())
-    price = 2 * len(model.elimination.column) + len(model.elimination.order)
+    price = 2 * len(model.system.elimination.column) + len(model.system.elimination.order)
     coarse = coarse_space(system).touched
     assert coarse == pytest.approx(price + 2 * (1 + 1 / 3) * system.nodes, rel=1e-12)
     # forward sweep with residual, backward sweep

@@ -12,7 +12,7 @@ from tests.verification import reference
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
-from warp_softbody.engine import model as model_module
+from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Precision
 from warp_softbody.engine.reduced_dynamics import Bridge
 from warp_softbody.errors import InputError
@@ -192,9 +192,9 @@ def test_rows_of_another_length_are_refused() -> None:
 
 def test_two_levels_converge_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """As for a mesh too large to factorise."""
-    monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
+    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
     body, matrix = stretched((0, 1, 5, 40), bridge_tolerance=1e-3)
-    assert body.model.aggregation is not None
+    assert body.model.system.coarse is not None
     rows = some_rows(body, 20)
     free = (matrix - np.eye(len(matrix))).any(axis=1)
     problem = Bridge(body.stepper, row_capacity=20).solve(rows)

@@ -67,7 +67,7 @@ def test_panels_solve_as_the_blocks_do(precision: Precision) -> None:
     body.place(crumpled(mesh))
     body.stepper.assemble(body.state)
     assembly, model, n = body.stepper.assembly, body.model, len(mesh.points)
-    factor = WarpedFactor(model, assembly.values, assembly.node_rotations)
+    factor = WarpedFactor(model.system, assembly.values, assembly.node_rotations)
     freedom = Freedom(
         model.zeros(n, wp.int32),
         model.zeros(n, model.types.vec3),

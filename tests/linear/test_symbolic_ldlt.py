@@ -14,7 +14,7 @@ from tests.verification import reference
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.engine import model as model_module
+from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Precision
 from warp_softbody.kernels.linear.pcg import HELD
 from warp_softbody.linear.block_ldlt import Freedom
@@ -58,7 +58,7 @@ def freedom_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Freedom:
 def factor_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Preconditioner:
     """The preconditioner of the matrix as assembled, on what contact leaves free."""
     assembly, freedom = body.stepper.assembly, freedom_of(body, kinds, slip)
-    factor = make_preconditioner(body.model, assembly.values, assembly.node_rotations)
+    factor = make_preconditioner(body.model.system, assembly.values, assembly.node_rotations)
     factor.renew(freedom)
     factor.prepare(freedom)
     return factor
@@ -89,7 +89,7 @@ def test_factor_solves_the_matrix_it_was_made_of(fixed: Any, precision: Precisio
 def test_factor_multiplies_out_to_the_matrix() -> None:
     """L D L^T in elimination order, fixed nodes as identity."""
     body, matrix = assembled(box((2, 2, 3), jitter=0.2), FIXED, precision="float64")
-    e, n = body.model.elimination, body.model.node_count
+    e, n = body.model.system.elimination, body.model.node_count
     factor = factor_of(body)
     assert isinstance(factor, WarpedFactor)
     lower = np.zeros((n, 3, n, 3))
@@ -149,12 +149,12 @@ def test_kept_factor_turns_with_the_body() -> None:
 
 
 @pytest.mark.parametrize("fixed", [(), FIXED])
-@pytest.mark.parametrize("largest_factor", [model_module.LARGEST_FACTOR, 0])
+@pytest.mark.parametrize("largest_factor", [linear_system.LARGEST_FACTOR, 0])
 def test_conjugate_gradients_equal_a_dense_solve(
     fixed: Any, largest_factor: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the whole factor, and with two levels as for a large mesh."""
-    monkeypatch.setattr(model_module, "LARGEST_FACTOR", largest_factor)
+    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", largest_factor)
     mesh = box((2, 2, 3), jitter=0.2)
     body, matrix = assembled(mesh, fixed, **EXACT)
     rng = np.random.default_rng(1)
@@ -179,7 +179,7 @@ def test_conjugate_gradients_equal_a_dense_solve(
 
 
 def test_unconverged_solve_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
+    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
     mesh = box((2, 2, 3), jitter=0.2)
     body = rig(mesh, material=STIFF, max_iterations=2, **EXACT)
     body.place(crumpled(mesh))

@@ -18,23 +18,29 @@ from tests.linear.test_symbolic_ldlt import (
 from tests.support.bodies import Rig, box, epsilon, rig, turn
 from tests.verification import reference
 from warp_softbody.arrays import FloatArray
-from warp_softbody.engine import model as model_module
+from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Precision
 from warp_softbody.linear.aggregation import REGULARISATION
 from warp_softbody.linear.preconditioner import TwoLevel
+from warp_softbody.linear.system import CoarseLevel
 
 MESH = box((3, 3, 4), (0.3, 0.3, 0.4), jitter=0.2)
 
 
 @pytest.fixture(autouse=True)
 def two_levels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
+    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
+
+
+def level_of(body: Rig) -> CoarseLevel:
+    level = body.model.system.coarse
+    assert level is not None
+    return level
 
 
 def rigid_motions(body: Rig) -> FloatArray:
     """Columns of P at rest, (3n, 6 aggregates)."""
-    aggregation = body.model.aggregation
-    assert aggregation is not None
+    aggregation = level_of(body).aggregation
     n = body.model.node_count
     motions = np.zeros((n, 3, aggregation.count, 6))
     for node in range(n):
@@ -48,8 +54,7 @@ def rigid_motions(body: Rig) -> FloatArray:
 @pytest.mark.parametrize("fixed", [(), FIXED])
 def test_aggregates_part_the_free_nodes(fixed: Any) -> None:
     body = rig(MESH, fixed=fixed)
-    aggregation = body.model.aggregation
-    assert aggregation is not None
+    aggregation = level_of(body).aggregation
     assert sorted(aggregation.nodes) == sorted(set(range(len(MESH.points))) - set(fixed))
     assert (aggregation.aggregate_of[list(fixed)] == -1).all()
     owners = aggregation.aggregate_of[aggregation.nodes]
@@ -64,12 +69,13 @@ def test_coarse_matrix_is_the_rest_shape_s_on_rigid_motions(fixed: Any) -> None:
     matrix = reference.step_matrix(body.model, MESH.points)
     motions = rigid_motions(body)
     expected = motions.T @ matrix @ motions
-    pattern = body.model.elimination
-    coarse = body.model.aggregation
-    assert coarse is not None and len(pattern.order) == 2 * coarse.count
+    pattern = body.model.system.elimination
+    level = level_of(body)
+    coarse = level.aggregation
+    assert len(pattern.order) == 2 * coarse.count
     found = np.zeros((2 * coarse.count, 3, 2 * coarse.count, 3))
     rows = np.repeat(np.arange(2 * coarse.count), np.diff(coarse.pattern.row_start))
-    found[rows, :, coarse.pattern.column, :] = body.model.coarse_values
+    found[rows, :, coarse.pattern.column, :] = level.values
     difference = found.reshape(expected.shape) - expected
     off = difference - np.diag(np.diag(difference))
     assert np.abs(off).max() <= 1e-12 * np.abs(expected).max()
@@ -85,14 +91,14 @@ def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
     turns = np.zeros((n, 3, n, 3))
     turns[np.arange(n), :, np.arange(n), :] = body.stepper.assembly.node_rotations.numpy()
     motions = turns.reshape(3 * n, 3 * n) @ rigid_motions(body)
-    coarse = body.model.aggregation
-    assert coarse is not None
+    level = level_of(body)
+    coarse = level.aggregation
     rest = np.zeros((2 * coarse.count, 3, 2 * coarse.count, 3))
     rows = np.repeat(np.arange(2 * coarse.count), np.diff(coarse.pattern.row_start))
-    rest[rows, :, coarse.pattern.column, :] = body.model.coarse_values
+    rest[rows, :, coarse.pattern.column, :] = level.values
     own = np.arange(2 * coarse.count)
     traces = np.einsum("iaia->i", rest)[:, None] / 3.0
-    rounding = body.model.pivot_margin
+    rounding = body.model.system.pivot_margin
     for axis in range(3):
         rest[own, axis, own, axis] += rounding * traces[:, 0]
     identity = np.eye(3 * n)

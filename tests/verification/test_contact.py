@@ -72,7 +72,9 @@ def test_coulomb_s_law_holds_at_every_node() -> None:
     weight = body.masses.sum() * G * 0.01
     surface = body.model.scene.character.mesh.surface_nodes
     # the share of the bound by which the solver may miss the law of a sliding node
-    share = float(body.model.arrays["contact_tolerances"].numpy()[2])
+    ground = body.model.arrays.ground
+    assert ground is not None
+    share = float(ground.tolerances.numpy()[2])
     assert share < 0.051
     seen = set()
     for _ in range(80):
@@ -162,7 +164,7 @@ def test_settled_block_starts_to_slide(friction: float, young_modulus: float) ->
     body.step(50)
     angle = math.atan(friction) + math.radians(2.0)
     leaning = np.array([[math.sin(angle), 0.0, -math.cos(angle)]]) * G
-    body.model.arrays["gravity"].assign(leaning)
+    body.model.arrays.step.gravity.assign(leaning)
     body.step(20)
     start = body.momentum[0] / body.masses.sum()
     body.step(50)

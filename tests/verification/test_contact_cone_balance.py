@@ -14,7 +14,7 @@ from tests.verification.test_contact_directions import scaly_slab
 from tests.verification.test_contact_drops import G, cube, energy
 from warp_softbody.cli import main
 from warp_softbody.contact_mode import ContactMode
-from warp_softbody.engine import model as model_module
+from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Cone, Precision, SimulationOptions
 from warp_softbody.errors import InputError
 from warp_softbody.kernels.linear.pcg import FREE, HELD, LINE, SLIDES
@@ -33,7 +33,7 @@ def test_preconditioners_know_nodes_that_are_free_along_a_line(
 ) -> None:
     """Symmetric, positive, and nothing on what is given; the factor is the inverse itself."""
     if two_levels:
-        monkeypatch.setattr(model_module, "LARGEST_FACTOR", 0)
+        monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
     mesh = box((3, 3, 4), (0.3, 0.3, 0.4), jitter=0.2)
     body, matrix = assembled(mesh, precision="float64")
     n = len(mesh.points)
@@ -60,7 +60,7 @@ def test_preconditioners_know_nodes_that_are_free_along_a_line(
 def test_momentum_changes_by_weight_and_contact_alone(cone: Cone, cells: int) -> None:
     """In every step of a landing and a slide, to the residual of the solves."""
     body = cube(0.02, 1e5, 0.02, 0.01, cells=cells, cone=cone, precision="float64", tolerance=1e-10)
-    assert (body.model.aggregation is not None) == (cells == 8)
+    assert (body.model.system.coarse is not None) == (cells == 8)
     body.place(velocities=(0.8, 0.5, 0.0))
     weight = body.masses.sum() * G * 0.01
     seen = set()

@@ -8,8 +8,8 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
-from warp_softbody.engine.model_arrays import MaterialPart
 from warp_softbody.engine.options import TANGENTS
 from warp_softbody.kernels.elastic.corotated import make_elasticity
 from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
@@ -103,9 +103,8 @@ class Assembly:
         wp.launch(kernel, dim=last - first, inputs=inputs, outputs=outputs, device=device)
 
     def _body(self, a: int, b: int) -> list[Any]:
-        arrays = self._model.arrays
-        names = ("tets", "rest_inverse", "rest_volume")
-        return [arrays[name][a:b] for name in names]
+        mesh = self._model.arrays.mesh
+        return [array[a:b] for array in (mesh.tets, mesh.rest_inverse, mesh.rest_volume)]
 
     def _areas(self, a: int, b: int) -> Any:
         return None if self.area_rows is None else self.area_rows[a:b]
@@ -138,22 +137,22 @@ class Assembly:
     def _edge_stress(self, first: int, last: int) -> None:
         arrays = self._model.arrays
         for part, a, b in self._by_body("edges", first, last):
-            around = [arrays["edge_start"][a : b + 1], arrays["edge_corners"]]
-            inputs = [*around, arrays["rest_volume"], part.lame, self._deformations]
+            around = [arrays.gather.edge_start[a : b + 1], arrays.gather.edge_corners]
+            inputs = [*around, arrays.mesh.rest_volume, part.lame, self._deformations]
             outputs = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
             self._launch(self._smoothing.stress_edges, a, b, inputs, outputs)
 
     def _node_stress(self, first: int, last: int) -> None:
         arrays = self._model.arrays
         for part, a, b in self._by_body("nodes", first, last):
-            around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
-            inputs = [*around, arrays["rest_volume"], part.lame, self._deformations]
+            around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
+            inputs = [*around, arrays.mesh.rest_volume, part.lame, self._deformations]
             outputs = [self._node_stresses[a:b], self.node_rotations[a:b]]
             self._launch(self._smoothing.stress_nodes, a, b, inputs, outputs)
 
     def _smoothed_tets(self, a: int, b: int) -> None:
         tets, *rest = self._body(a, b)
-        structure = [tets, self._model.arrays["tet_edges"][a:b], *rest]
+        structure = [tets, self._model.arrays.gather.tet_edges[a:b], *rest]
         stresses = [self._edge_stresses, self._edge_rotations, self._node_stresses]
         stresses.append(self.node_rotations)
         corners, volumes = slice(4 * a, 4 * b), slice(16 * a, 16 * b)
@@ -163,9 +162,9 @@ class Assembly:
 
     def _edge_inputs(self, part: MaterialPart, a: int, b: int) -> list[Any]:
         arrays = self._model.arrays
-        around = [arrays["edge_start"][a : b + 1], arrays["edge_corners"]]
+        around = [arrays.gather.edge_start[a : b + 1], arrays.gather.edge_corners]
         material = [part.lame, part.step_factors]
-        return [*around, arrays["edge_slots"][a:b], *material, self._gradients]
+        return [*around, arrays.gather.edge_slots[a:b], *material, self._gradients]
 
     def _each_edge(self, kernel: Any, first: int, last: int, *more: Any) -> None:
         for part, a, b in self._by_body("edges", first, last):
@@ -200,10 +199,10 @@ class Assembly:
         arrays = self._model.arrays
         turned = int(self._smoothing is not None)
         for part, a, b in self._by_body("nodes", first, last):
-            around = [arrays["node_start"][a : b + 1], arrays["node_corners"]]
-            rows = [arrays["row_start"][a : b + 1], arrays["diagonal_slot"][a:b]]
-            body = [arrays["mass"][a:b], arrays["rest_volume"]]
-            step = [arrays["gravity"], part.step_factors, turned]
+            around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
+            rows = [arrays.pattern.row_start[a : b + 1], arrays.pattern.diagonal_slot[a:b]]
+            body = [arrays.masses.mass[a:b], arrays.mesh.rest_volume]
+            step = [arrays.step.gravity, part.step_factors, turned]
             now = [velocities[a:b], self.rotations, self._forces]
             outputs = [self.values, self.node_rotations[a:b]]
             outputs += [self.impulses[a:b], self.momentum[a:b]]

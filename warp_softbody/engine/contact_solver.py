@@ -66,8 +66,10 @@ class ContactResolution:
         pair = wp.types.vector(length=2, dtype=types.scalar)
         self._violations = model.zeros(model.contact_count, pair)
         self._largest_violations = model.zeros(1, pair)
-        self.preconditioner = make_preconditioner(model, assembly.values, assembly.node_rotations)
-        self._solver = ConjugateGradients(model, assembly.values, self.preconditioner)
+        self.preconditioner = make_preconditioner(
+            model.system, assembly.values, assembly.node_rotations
+        )
+        self._solver = ConjugateGradients(model.system, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start
         self._pairs: PairContact | None = None
         self.accountant = Accountant(model)
@@ -149,12 +151,12 @@ class ContactResolution:
         first: bool = False,
     ) -> None:
         m, a, k = self._model, self._model.arrays, self._kernels
-        if m.contact_count:
-            inputs = [a["surface_nodes"], a["fixed"], self._solver.normals, contacts.modes]
+        if a.ground is not None:
+            inputs = [a.ground.nodes, a.masses.fixed, self._solver.normals, contacts.modes]
             inputs += [self._normal_velocity, self.before]
             outputs = [self._solver.kinds, self._solver.axes, self.change]
             self._launch(k.impose, m.contact_count, inputs, outputs)
-        inputs = [a["fixed"], self.before]
+        inputs = [a.masses.fixed, self.before]
         self._launch(k.hold_fixed, m.node_count, inputs, [self._solver.kinds, self.change])
         freedom = Freedom(self._solver.kinds, self._solver.axes, contacts.slip_stiffness)
         if renew:
@@ -193,12 +195,18 @@ class ContactResolution:
         """Launch what gives bodies back the momenta that the solve left over."""
         a, solver, k = self._model.arrays, self._solver, self._rigid_balance
         if self._pairs is not None and contacts.pairs is not None:
-            inputs = [a["body_start"], *self._pairs.found]
+            inputs = [a.step.body_start, *self._pairs.found]
             inputs += [contacts.pairs.nodes, contacts.pairs.modes]
             self._launch(k.join_touching, 1, inputs, [self._groups])
-        inputs = [a["body_start"], self._groups, a["mass"], a["damped_mass"], a["gravity"]]
+        inputs = [
+            a.step.body_start,
+            self._groups,
+            a.masses.mass,
+            a.masses.damped_mass,
+            a.step.gravity,
+        ]
         # Newton's method has other arms in every iteration
-        inputs += [a["step_factors"], int(self._model.options.newton_iterations == 1)]
+        inputs += [a.step.factors, int(self._model.options.newton_iterations == 1)]
         inputs += [state.positions, solver.kinds, solver.axes, contacts.slip_stiffness]
         inputs += [contacts.friction_forces, self.outer_impulses, self.before, state.carry]
         self._launch(k.balance, len(self._groups), inputs, [self.change, self.carry])
@@ -224,13 +232,13 @@ class ContactResolution:
     def _launch_ground(self, contacts: Contacts, right: Any) -> None:
         """Launch the modes of the ground's contacts; ``right`` holds the impulses of pairs too."""
         m, a, solver = self._model, self._model.arrays, self._solver
-        if not m.contact_count:
+        if a.ground is None:
             return
-        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
-        rows += [a["mass"], a["damped_mass"]]
-        law = [a["friction_coefficient"], a["forward"], a["friction_factors"]]
-        law += [a["contact_tolerances"], m.options.max_contact_passes]
-        inputs = [a["surface_nodes"], a["fixed"], *rows, *law]
+        rows = [a.pattern.row_start, a.pattern.column, a.pattern.diagonal_slot]
+        rows += [a.masses.mass, a.masses.damped_mass]
+        law = [a.ground.friction, a.ground.forward, a.ground.friction_factors]
+        law += [a.ground.tolerances, m.options.max_contact_passes]
+        inputs = [a.ground.nodes, a.masses.fixed, *rows, *law]
         now = [self._assembly.node_rotations, self._assembly.values]
         now += [right, self.before, self.change]
         now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]

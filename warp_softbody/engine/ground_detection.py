@@ -57,7 +57,7 @@ class PlaneDetection:
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
         """See `Detection`."""
         m, a = self._model, self._model.arrays
-        inputs = [a["surface_nodes"], self._normal, self._plane, a["step_factors"], state.positions]
+        inputs = [a.mesh.surface_nodes, self._normal, self._plane, a.step.factors, state.positions]
         _launch(m, self._kernel, inputs, [normal_velocity, normals])
 
 
@@ -76,7 +76,7 @@ class HeightDetection:
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
         """See `Detection`."""
         m, a = self._model, self._model.arrays
-        ground = [a["surface_nodes"], self._heights, self._grid, a["step_factors"]]
+        ground = [a.mesh.surface_nodes, self._heights, self._grid, a.step.factors]
         inputs = [*ground, state.positions, state.velocities]
         _launch(m, self._kernel, inputs, [normal_velocity, normals])
 
@@ -106,7 +106,7 @@ class TriangleDetection:
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
         """See `Detection`."""
         m, a = self._model, self._model.arrays
-        inputs = [a["surface_nodes"], *self._inputs, a["step_factors"], state.positions]
+        inputs = [a.mesh.surface_nodes, *self._inputs, a.step.factors, state.positions]
         _launch(m, self._kernel, inputs, [normal_velocity, normals])
 
 

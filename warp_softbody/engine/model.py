@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,46 +10,25 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
-from warp_softbody.body.mesh_geometry import shortest_edge
+from warp_softbody.device.allocator import Allocator, DeviceArray
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import check_device
-from warp_softbody.engine.model_arrays import (
-    Allocator,
-    MaterialPart,
-    device_arrays,
-    material_parts,
-    speed_share,
-)
+from warp_softbody.engine.contact_tolerances import speed_share
+from warp_softbody.engine.linear_system import build_levels, build_linear_system
+from warp_softbody.engine.material_parts import MaterialPart, material_parts
+from warp_softbody.engine.model_arrays import ModelArrays
 from warp_softbody.engine.muscle_layout import MuscleLayout, build_muscle_layout, join_layouts
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.precision_choice import stiffness_over_mass, with_precision
-from warp_softbody.engine.rest_matrix import rest_matrix
+from warp_softbody.engine.precision_choice import with_precision
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.kernels.precision import Real, real
-from warp_softbody.linear.aggregation import Aggregation, build_aggregation, coarse_matrix
 from warp_softbody.linear.block_sparsity import Topology, build_topology
-from warp_softbody.linear.symbolic_ldlt import Elimination, build_elimination
+from warp_softbody.linear.system import LinearSystem
 from warp_softbody.world.scene import Scene
-
-CHUNKS = 64
-"""Pieces that sums over nodes are cut into; fixed, so that a sum does not depend on the machine."""
-
-
-MOST_FACTOR_BLOCKS = 12_000
-"""Blocks of a body's factor beyond which two levels cost less than it, by measurement."""
-
-PIVOT_ROUNDINGS = 200.0
-"""Roundings of a pivot that may be added to it."""
-
-LOST_MASS = 100.0
-"""One over the part of the mass that rounding of the stiffness takes where all of them are."""
 
 RECOVERY_SPEED = 0.5
 """Speed, m/s, at which a sunken node of a body of a metre is pushed out."""
-
-LARGEST_FACTOR = 1000
-"""Nodes beyond which no factor has so few blocks."""
 
 
 def lumped_masses(
@@ -68,28 +46,25 @@ class Model:
 
     Attributes:
         scene: what is simulated.
-        materials: of each body.
-        options: how.
-        topology, muscles: index arrays on the host.
-        elimination: of the matrix that is factorised, the coarse one where there are aggregates.
-        aggregation: of the nodes of a large body; None for others.
+        options: how, with the precision that "auto" takes.
+        topology: index arrays of the joined mesh, on the host.
         fixed: (n,) bool.
+        muscles: the segments of all bodies, on the host.
         masses: (n,) kg, float64 on the host.
-        types: Warp types of the precision.
-        arrays: device arrays by the name of the kernel argument they are handed to.
+        materials: of each body.
+        arrays: everything constant that kernels read, on the device.
+        system: the constant part of the step's linear systems.
     """
 
     scene: Scene
     options: SimulationOptions
     topology: Topology
-    elimination: Elimination
-    aggregation: Aggregation | None
     fixed: npt.NDArray[np.bool_]
     muscles: MuscleLayout
     masses: FloatArray
-    types: Real
-    arrays: dict[str, Any]
     materials: tuple[MaterialPart, ...]
+    arrays: ModelArrays
+    system: LinearSystem
 
     @property
     def body(self) -> Character:
@@ -124,25 +99,6 @@ class Model:
         return tuple(part for part, is_there in there.items() if not is_there)
 
     @property
-    def coarse_values(self) -> FloatArray:
-        """The coarse level's matrix at rest, (coarse blocks, 3, 3)."""
-        assert self.aggregation is not None
-        values = rest_matrix(self.body.mesh, self.topology, *self._rest_factors)
-        return coarse_matrix(self.aggregation, self.topology, values)
-
-    @property
-    def _rest_factors(self) -> tuple[FloatArray, FloatArray]:
-        """Of the matrix M~: (n,) (1 + dt mu) m, and (e, 2) (dt lambda + dt^2) mu and lambda."""
-        masses = self.masses.copy()
-        lame = np.zeros((len(self.topology.edge_slots), 2))
-        for part in self.materials:
-            masses[part.nodes] *= part.mass_factor
-            material = part.material
-            lame[part.edges] = material.lame_mu, material.lame_lambda
-            lame[part.edges] *= part.stiffness_factor
-        return masses, lame
-
-    @property
     def speed_share(self) -> float:
         """What speeds count for small bodies, of those that do for a metre on Earth; at most 1."""
         return speed_share(self.scene)
@@ -153,42 +109,21 @@ class Model:
         asked = self.options.recovery_speed
         return RECOVERY_SPEED * self.speed_share if asked is None else asked
 
-    @cached_property
-    def pivot_margin(self) -> float:
-        """Part of a pivot that is added to it, so that rounding leaves factors positive definite.
-
-        What elimination leaves of a stiff body's mass may be less than rounding takes; a soft one
-        needs no margin, and its factor is better without.
-        """
-        rounding = float(np.finfo(self.options.precision).eps)
-        scene, dt = self.scene, self.options.time_step
-        edges = [shortest_edge(c.mesh.points, c.mesh.tets) for c in scene.characters]
-        ratio = max(
-            stiffness_over_mass(character.material, edge, dt)
-            for character, edge in zip(scene.characters, edges, strict=True)
-        )
-        return PIVOT_ROUNDINGS * rounding * min(1.0, LOST_MASS * rounding * ratio)
-
     @property
-    def chunk(self) -> int:
-        """Nodes per chunk of a sum."""
-        return -(-self.node_count // CHUNKS)
-
-    @property
-    def chunk_count(self) -> int:
-        """Number of chunks that hold nodes."""
-        return -(-self.node_count // self.chunk)
+    def types(self) -> Real:
+        """Warp types of the precision."""
+        return self.allocator.types
 
     @property
     def allocator(self) -> Allocator:
         """Makes device arrays."""
-        return Allocator(self.types, self.options.device)
+        return self.system.allocator
 
-    def array(self, values: npt.ArrayLike, dtype: Any) -> Any:
+    def array(self, values: npt.ArrayLike, dtype: Any) -> DeviceArray:
         """A device array of values."""
         return self.allocator.array(values, dtype)
 
-    def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
+    def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> DeviceArray:
         """A device array of zeros."""
         return self.allocator.zeros(shape, dtype)
 
@@ -204,38 +139,30 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
     checks.instance("options of build_model", options, SimulationOptions)
     check_device(options.device)
     options = with_precision(options, scene)
-    body, parts = scene.whole, scene.parts
     _refuse_mixtures(scene, options)
-    mesh = body.mesh
+    mesh, parts = scene.whole.mesh, scene.parts
     topology = build_topology(mesh.tets, len(mesh.points))
     fixed = np.zeros(len(mesh.points), dtype=bool)
-    fixed[body.fixed] = True
-    aggregation = None
-    elimination = None
-    if max(part.nodes.stop - part.nodes.start for part in parts) <= LARGEST_FACTOR:
-        elimination = build_elimination(topology, fixed)
-    if elimination is None or len(elimination.column) > MOST_FACTOR_BLOCKS * len(parts):
-        aggregation = build_aggregation(topology, fixed, mesh.points)
-        none = np.zeros(2 * aggregation.count, dtype=bool)
-        elimination = build_elimination(aggregation.pattern, none)
+    fixed[scene.whole.fixed] = True
+    levels = build_levels(scene, topology, fixed)
     make = Allocator(real(options.precision), options.device)
     layouts = [build_muscle_layout(character) for character in scene.characters]
     muscles = join_layouts(layouts, parts)
     masses = np.concatenate([_masses(character) for character in scene.characters])
-    materials = material_parts(parts, topology, options.time_step, make)
+    dt = options.time_step
+    materials = material_parts(parts, topology, dt, make)
+    arrays = ModelArrays.of(scene, topology, muscles, masses, materials, dt, make)
     return Model(
         scene=scene,
         options=options,
         topology=topology,
-        elimination=elimination,
-        aggregation=aggregation,
         fixed=fixed,
         muscles=muscles,
         masses=masses,
-        types=make.types,
         materials=materials,
-        arrays=device_arrays(
-            make, scene, options, topology, aggregation, muscles, masses, materials
+        arrays=arrays,
+        system=build_linear_system(
+            scene, options, topology, levels, masses, materials, arrays, make
         ),
     )
 

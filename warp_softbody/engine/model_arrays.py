@@ -1,269 +1,269 @@
-"""The constant device arrays of a model, by the name of the kernel argument they are handed to."""
+"""The constant device arrays of a model, by concern.
+
+Every array has one line with its shape, its element type and its unit. The counts are: n nodes, m
+tets, e edges, c surface nodes, s muscle segments, p vertices of fibres, q pairs of a tet and a
+segment.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import warp as wp
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.device.allocator import Allocator, DeviceArray
+from warp_softbody.engine.contact_tolerances import contact_tolerances
+from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.muscle_layout import MuscleLayout
-from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.rest_matrix import rest_gradients
-from warp_softbody.kernels.precision import Real
-from warp_softbody.linear.aggregation import Aggregation
-from warp_softbody.linear.block_ldlt import constant_integers
 from warp_softbody.linear.block_sparsity import Topology
-from warp_softbody.world.joined_bodies import Part
+from warp_softbody.linear.system import MassArrays, PatternArrays
 from warp_softbody.world.scene import Scene
 
-Arrays = dict[str, Any]
 
-SLOWEST_SLIDING = 1e-8
-"""Speed, m/s, below which nothing slides, however stiff."""
-
-STILL = 1e-5
-"""Speed, m/s, off the ground or along it, that counts as none."""
-
-EARTH = 9.81
-"""Gravity, m/s^2, with which a body of a metre moves at the speeds that tolerances are made for."""
-
-
-def speed_share(scene: Scene) -> float:
-    """Speeds of a scene's smallest body, sqrt(g size), of those of a metre on Earth; at most 1."""
-    sizes = [np.linalg.norm(np.ptp(c.mesh.points, axis=0)) for c in scene.characters]
-    gravity = float(np.linalg.norm(scene.gravity)) or EARTH
-    return float(min(1.0, np.sqrt(gravity * min(sizes) / EARTH)))
-
-
-@dataclass(frozen=True)
-class Allocator:
-    """Makes device arrays in the types of a precision."""
-
-    types: Real
-    device: str
-
-    def array(self, values: npt.ArrayLike, dtype: Any) -> Any:
-        """A device array of values."""
-        return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
-
-    def indices(self, values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
-        """A device array of constant integers; on the CPU it shares their memory."""
-        return constant_integers(values, dtype, self.device)
-
-    def zeros(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
-        """A device array of zeros."""
-        return wp.zeros(shape, dtype=dtype, device=self.device)
-
-
-@dataclass(frozen=True, kw_only=True)
-class MaterialPart:
-    """What the assembly needs of one body.
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class MeshArrays:
+    """The meshes of all bodies at rest.
 
     Attributes:
-        material: of the body.
-        nodes, tets, edges: where it stands in the joined arrays.
-        stiffness_factor: dt lambda + dt^2, of K in M~.
-        mass_factor: 1 + dt mu, of M in M~.
-        lame: (2,) mu and lambda, Pa, on the device.
-        step_factors: (3,) dt and the two factors, on the device.
+        tets: (m,) vec4i, corners.
+        rest_inverse: (m,) mat33, 1/m, of the edges from corner 0 as columns.
+        rest_volume: (m,) scalar, m^3.
+        surface_nodes: (c,) int32, nodes of the surface, rising.
     """
 
-    material: Material
-    nodes: slice
-    tets: slice
-    edges: slice
-    stiffness_factor: float
-    mass_factor: float
-    lame: Any
-    step_factors: Any
+    tets: DeviceArray
+    rest_inverse: DeviceArray
+    rest_volume: DeviceArray
+    surface_nodes: DeviceArray
 
-
-def material_parts(
-    parts: tuple[Part, ...], topology: Topology, dt: float, make: Allocator
-) -> tuple[MaterialPart, ...]:
-    """The materials of all bodies; edges are sorted by their lower node, so by body."""
-    low = topology.column[topology.edge_slots[:, 1]]
-    scalar = make.types.scalar
-    found = []
-    for part in parts:
-        material = part.material
-        first, last = np.searchsorted(low, [part.nodes.start, part.nodes.stop]).tolist()
-        stiffness = dt * material.stiffness_damping + dt * dt
-        mass = 1.0 + dt * material.mass_damping
-        found.append(
-            MaterialPart(
-                material=material,
-                nodes=part.nodes,
-                tets=part.tets,
-                edges=slice(first, last),
-                stiffness_factor=stiffness,
-                mass_factor=mass,
-                lame=make.array([material.lame_mu, material.lame_lambda], scalar),
-                step_factors=make.array([dt, stiffness, mass], scalar),
-            )
+    @staticmethod
+    def of(mesh: TetMesh, make: Allocator) -> MeshArrays:
+        """A mesh on the device."""
+        corners = mesh.points[mesh.tets]
+        inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+        return MeshArrays(
+            tets=make.indices(mesh.tets, wp.vec4i),
+            rest_inverse=make.array(inverse, make.types.mat33),
+            rest_volume=make.array(mesh.volumes, make.types.scalar),
+            surface_nodes=make.array(mesh.surface_nodes, wp.int32),
         )
-    return tuple(found)
 
 
-def device_arrays(
-    make: Allocator,
-    scene: Scene,
-    options: SimulationOptions,
-    topology: Topology,
-    aggregation: Aggregation | None,
-    muscles: MuscleLayout,
-    masses: FloatArray,
-    materials: tuple[MaterialPart, ...],
-) -> Arrays:
-    """Everything constant that kernels read."""
-    mesh = scene.whole.mesh
-    arrays = _body_arrays(make, scene, masses)
-    arrays |= _topology_arrays(make, topology)
-    arrays |= _damping_arrays(make, masses, materials, options.time_step)
-    arrays["tolerance"] = make.array([options.solver_tolerance], wp.float64)
-    if aggregation is not None:
-        arrays |= _aggregate_arrays(make, aggregation)
-    arrays |= _muscle_arrays(make, muscles, len(mesh.tets))
-    if scene.ground is not None or scene.has_pairs:
-        arrays |= _surface_arrays(make, scene, options.time_step, masses, materials)
-    if scene.ground is not None:
-        arrays |= _ground_arrays(make, scene, scene.ground.friction)
-    return arrays
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class GatherArrays:
+    """Which tets the sums over each edge and each node run over; slot 4 t + a is corner a of tet t.
+
+    Attributes:
+        edge_start: (e + 1,) int32, first entry of each edge in ``edge_corners``, and the end.
+        edge_corners: (6 m,) vec2i, slots at the lower and the higher node of an edge in a tet.
+        edge_slots: (e,) vec2i, places in the matrix of an edge's block and of its transpose.
+        tet_edges: (m, 6) int32, edges of each tet.
+        node_start: (n + 1,) int32, first entry of each node in ``node_corners``, and the end.
+        node_corners: (4 m,) int32, slots of the tets around a node.
+    """
+
+    edge_start: DeviceArray
+    edge_corners: DeviceArray
+    edge_slots: DeviceArray
+    tet_edges: DeviceArray
+    node_start: DeviceArray
+    node_corners: DeviceArray
+
+    @staticmethod
+    def of(topology: Topology, make: Allocator) -> GatherArrays:
+        """The gather lists of a mesh on the device."""
+        return GatherArrays(
+            edge_start=make.indices(topology.edge_start),
+            edge_corners=make.indices(topology.edge_corners, wp.vec2i),
+            edge_slots=make.indices(topology.edge_slots, wp.vec2i),
+            tet_edges=make.indices(topology.tet_edges),
+            node_start=make.indices(topology.node_start),
+            node_corners=make.indices(topology.node_corners),
+        )
 
 
-def _body_arrays(make: Allocator, scene: Scene, masses: FloatArray) -> Arrays:
-    types, body = make.types, scene.whole
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class StepArrays:
+    """What a time step is made with.
+
+    Attributes:
+        gravity: (1,) vec3, m/s^2.
+        factors: (3,) scalar, dt, s, dt lambda + dt^2, s^2, and 1 + dt mu, of the first body.
+        stiffness_share: (n,) scalar, part of K in M~ that is dt^2 K; the rest is damping.
+        body_start: (bodies + 1,) int32, first node of each body, and the end.
+    """
+
+    gravity: DeviceArray
+    factors: DeviceArray
+    stiffness_share: DeviceArray
+    body_start: DeviceArray
+
+    @staticmethod
+    def of(
+        scene: Scene, materials: tuple[MaterialPart, ...], dt: float, make: Allocator
+    ) -> StepArrays:
+        """For a scene and a time step, s."""
+        share = np.zeros(len(scene.whole.mesh.points))
+        for part in materials:
+            share[part.nodes] = dt * dt / part.stiffness_factor
+        return StepArrays(
+            gravity=make.array([scene.gravity], make.types.vec3),
+            factors=materials[0].step_factors,
+            stiffness_share=make.array(share, make.types.scalar),
+            body_start=make.array([0, *(part.nodes.stop for part in scene.parts)], wp.int32),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class MuscleArrays:
+    """Muscle segments of all bodies; every array is empty where there are none.
+
+    Attributes:
+        point_nodes: (p,) vec4i, corners of the tet around each vertex of a fibre.
+        point_weights: (p,) vec4, its barycentric weights there.
+        segment_points: (s,) vec2i, vertices at the ends of each segment.
+        directions: (s,) vec3, unit, at rest.
+        stiffness: (s,) scalar, S / l_0, Pa/m.
+        pair_start: (m + 1,) int32, first pair of each tet, and the end.
+        pair_segment: (q,) int32, segments of the pairs by tet.
+        pair_weight: (q,) scalar, weights of the pairs by tet.
+        segment_start: (s + 1,) int32, first pair of each segment, and the end.
+        segment_tet: (q,) int32, tets of the pairs by segment.
+        segment_weight: (q,) scalar, weights of the pairs by segment.
+    """
+
+    point_nodes: DeviceArray
+    point_weights: DeviceArray
+    segment_points: DeviceArray
+    directions: DeviceArray
+    stiffness: DeviceArray
+    pair_start: DeviceArray
+    pair_segment: DeviceArray
+    pair_weight: DeviceArray
+    segment_start: DeviceArray
+    segment_tet: DeviceArray
+    segment_weight: DeviceArray
+
+    @staticmethod
+    def of(layout: MuscleLayout, tet_count: int, make: Allocator) -> MuscleArrays:
+        """The muscles of a layout on the device."""
+        types, segments = make.types, len(layout.rest_lengths)
+        by_segment = np.argsort(layout.pair_segment, kind="stable")
+        segment_start = np.searchsorted(layout.pair_segment[by_segment], np.arange(segments + 1))
+        return MuscleArrays(
+            point_nodes=make.indices(layout.point_nodes, wp.vec4i),
+            point_weights=make.array(layout.point_weights, types.vec4),
+            segment_points=make.indices(layout.segment_points, wp.vec2i),
+            directions=make.array(layout.directions, types.vec3),
+            stiffness=make.array(layout.stiffness, types.scalar),
+            pair_start=make.array(layout.by_tet(tet_count), wp.int32),
+            pair_segment=make.indices(layout.pair_segment),
+            pair_weight=make.array(layout.pair_weight, types.scalar),
+            segment_start=make.array(segment_start.astype(np.int32), wp.int32),
+            segment_tet=make.array(layout.pair_tet[by_segment], wp.int32),
+            segment_weight=make.array(layout.pair_weight[by_segment], types.scalar),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class GroundArrays:
+    """Surface nodes as they meet the ground.
+
+    Attributes:
+        nodes: (c,) int32, nodes that may touch, those of the surface.
+        body_start: (bodies + 1,) int32, first entry of each body in ``nodes``, and the end.
+        tolerances: (4,) scalar, impulse, N s, normal speed, m/s, part of the friction bound, and
+            sliding speed, m/s, that count as none.
+        friction: (c,) scalar, coefficient of each node.
+        forward: (c,) vec3, unit, at rest, of friction by direction; one unused entry without it.
+        friction_factors: (c, k) scalar, factors of the coefficient by direction; likewise.
+    """
+
+    nodes: DeviceArray
+    body_start: DeviceArray
+    tolerances: DeviceArray
+    friction: DeviceArray
+    forward: DeviceArray
+    friction_factors: DeviceArray
+
+    @staticmethod
+    def of(
+        scene: Scene,
+        dt: float,
+        masses: FloatArray,
+        materials: tuple[MaterialPart, ...],
+        surface_nodes: DeviceArray,
+        make: Allocator,
+    ) -> GroundArrays | None:
+        """For the ground of a scene; None without one."""
+        if scene.ground is None:
+            return None
+        types, body = make.types, scene.whole
+        nodes = body.mesh.surface_nodes
+        starts = np.searchsorted(nodes, [0, *(part.nodes.stop for part in scene.parts)])
+        forward, factors = np.zeros((1, 3)), np.zeros((1, 1))
+        if body.directional_friction:
+            by_node = body.node_friction
+            forward, factors = by_node.forward[nodes], by_node.factors[nodes]
+        tolerances = contact_tolerances(scene, dt, masses, materials)
+        return GroundArrays(
+            nodes=surface_nodes,
+            body_start=make.array(starts.astype(np.int32), wp.int32),
+            tolerances=make.array(tolerances, types.scalar),
+            friction=make.array(np.full(len(nodes), scene.ground.friction), types.scalar),
+            forward=make.array(forward, types.vec3),
+            friction_factors=make.array(factors, types.scalar),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ModelArrays:
+    """All constant device arrays of a model; ``ground`` is None where there is no ground."""
+
+    mesh: MeshArrays
+    gather: GatherArrays
+    pattern: PatternArrays
+    masses: MassArrays
+    step: StepArrays
+    muscles: MuscleArrays
+    ground: GroundArrays | None
+
+    @staticmethod
+    def of(
+        scene: Scene,
+        topology: Topology,
+        layout: MuscleLayout,
+        masses: FloatArray,
+        materials: tuple[MaterialPart, ...],
+        dt: float,
+        make: Allocator,
+    ) -> ModelArrays:
+        """Everything constant that kernels read, for nodes of masses (n,) kg and a step dt, s."""
+        mesh = MeshArrays.of(scene.whole.mesh, make)
+        return ModelArrays(
+            mesh=mesh,
+            gather=GatherArrays.of(topology, make),
+            pattern=PatternArrays.of(topology, make),
+            masses=_mass_arrays(scene, masses, materials, make),
+            step=StepArrays.of(scene, materials, dt, make),
+            muscles=MuscleArrays.of(layout, len(scene.whole.mesh.tets), make),
+            ground=GroundArrays.of(scene, dt, masses, materials, mesh.surface_nodes, make),
+        )
+
+
+def _mass_arrays(
+    scene: Scene, masses: FloatArray, materials: tuple[MaterialPart, ...], make: Allocator
+) -> MassArrays:
     fixed = np.zeros(len(masses), dtype=np.int32)
-    fixed[body.fixed] = 1
-    return {
-        "tets": make.indices(body.mesh.tets, wp.vec4i),
-        "rest_inverse": make.array(_rest_inverse(body.mesh), types.mat33),
-        "rest_volume": make.array(body.mesh.volumes, types.scalar),
-        "gravity": make.array([scene.gravity], types.vec3),
-        "mass": make.array(masses, types.scalar),
-        "fixed": make.array(fixed, wp.int32),
-        "body_start": make.array([0, *(part.nodes.stop for part in scene.parts)], wp.int32),
-    }
-
-
-def _damping_arrays(
-    make: Allocator, masses: FloatArray, materials: tuple[MaterialPart, ...], dt: float
-) -> Arrays:
-    """(1 + dt mu) m of each node, and what of K in M~ is dt^2 K; the factors of the first body."""
-    damped, share = masses.copy(), np.zeros(len(masses))
+    fixed[scene.whole.fixed] = 1
+    damped = masses.copy()
     for part in materials:
         damped[part.nodes] *= part.mass_factor
-        share[part.nodes] = dt * dt / part.stiffness_factor
-    scalar = make.types.scalar
-    return {
-        "damped_mass": make.array(damped, scalar),
-        "stiffness_share": make.array(share, scalar),
-        "step_factors": materials[0].step_factors,
-    }
-
-
-def _rest_inverse(mesh: TetMesh) -> FloatArray:
-    corners = mesh.points[mesh.tets]
-    return np.asarray(np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)))
-
-
-def _topology_arrays(make: Allocator, topology: Topology) -> Arrays:
-    return {
-        "row_start": make.indices(topology.row_start),
-        "column": make.indices(topology.column),
-        "diagonal_slot": make.indices(topology.diagonal_slot),
-        "edge_start": make.indices(topology.edge_start),
-        "edge_corners": make.indices(topology.edge_corners, wp.vec2i),
-        "tet_edges": make.indices(topology.tet_edges),
-        "edge_slots": make.indices(topology.edge_slots, wp.vec2i),
-        "node_start": make.indices(topology.node_start),
-        "node_corners": make.indices(topology.node_corners),
-    }
-
-
-def _aggregate_arrays(make: Allocator, aggregation: Aggregation) -> Arrays:
-    return {
-        "aggregate_of": make.indices(aggregation.aggregate_of),
-        "aggregate_start": make.indices(aggregation.start),
-        "aggregate_nodes": make.indices(aggregation.nodes),
-        "offsets": make.array(aggregation.offsets, make.types.vec3),
-    }
-
-
-def _muscle_arrays(make: Allocator, layout: MuscleLayout, tet_count: int) -> Arrays:
-    types, segments = make.types, len(layout.rest_lengths)
-    by_segment = np.argsort(layout.pair_segment, kind="stable")
-    segment_start = np.searchsorted(layout.pair_segment[by_segment], np.arange(segments + 1))
-    return {
-        "point_nodes": make.indices(layout.point_nodes, wp.vec4i),
-        "point_weights": make.array(layout.point_weights, types.vec4),
-        "segment_points": make.indices(layout.segment_points, wp.vec2i),
-        "directions": make.array(layout.directions, types.vec3),
-        "muscle_stiffness": make.array(layout.stiffness, types.scalar),
-        "pair_start": make.array(layout.by_tet(tet_count), wp.int32),
-        "pair_segment": make.indices(layout.pair_segment),
-        "pair_weight": make.array(layout.pair_weight, types.scalar),
-        "segment_start": make.array(segment_start.astype(np.int32), wp.int32),
-        "segment_tet": make.array(layout.pair_tet[by_segment], wp.int32),
-        "segment_weight": make.array(layout.pair_weight[by_segment], types.scalar),
-    }
-
-
-def _surface_arrays(
-    make: Allocator,
-    scene: Scene,
-    dt: float,
-    masses: FloatArray,
-    materials: tuple[MaterialPart, ...],
-) -> Arrays:
-    """The nodes that may touch, and what counts as zero there."""
-    nodes = scene.whole.mesh.surface_nodes
-    starts = [0, *(part.nodes.stop for part in scene.parts)]
-    # a millionth of the weight's impulse, and 0.01 mm/s off what is touched for bodies of a metre
-    weight = float(masses.sum()) * float(np.linalg.norm(scene.gravity))
-    impulse = 1e-6 * weight * dt
-    # along it, the speed that a node's own block answers with twenty of these impulses: a stiff
-    # body's friction changes much while its nodes hardly move
-    share = speed_share(scene)
-    still = speed = STILL * share
-    if weight > 0.0:
-        largest = _largest_block(scene.whole.mesh, masses, materials)
-        speed = min(speed, max(SLOWEST_SLIDING * share, 20.0 * impulse / largest))
-    return {
-        "surface_nodes": make.array(nodes, wp.int32),
-        "contact_start": make.array(np.searchsorted(nodes, starts).astype(np.int32), wp.int32),
-        "contact_tolerances": make.array([impulse, still, 5e-2, speed], make.types.scalar),
-    }
-
-
-def _ground_arrays(make: Allocator, scene: Scene, friction: float) -> Arrays:
-    types, body = make.types, scene.whole
-    nodes = body.mesh.surface_nodes
-    forward, factors = np.zeros((1, 3)), np.zeros((1, 1))
-    if body.directional_friction:
-        by_node = body.node_friction
-        forward, factors = by_node.forward[nodes], by_node.factors[nodes]
-    return {
-        "friction_coefficient": make.array(np.full(len(nodes), friction), types.scalar),
-        "forward": make.array(forward, types.vec3),
-        "friction_factors": make.array(factors, types.scalar),
-    }
-
-
-def _largest_block(mesh: TetMesh, masses: FloatArray, materials: tuple[MaterialPart, ...]) -> float:
-    """Largest third of the trace of a surface node's block of M~ at rest, kg."""
-    squares = (rest_gradients(mesh) ** 2).sum(axis=2)
-    blocks = np.zeros(len(masses))
-    for part in materials:
-        # K_aa = V ((mu |g|^2) I + (mu + lambda) g g^T)
-        modulus = 4.0 * part.material.lame_mu + part.material.lame_lambda
-        shares = (part.stiffness_factor * modulus / 3.0) * mesh.volumes[part.tets]
-        np.add.at(blocks, mesh.tets[part.tets], shares[:, None] * squares[part.tets])
-        blocks[part.nodes] += part.mass_factor * masses[part.nodes]
-    return float(blocks[mesh.surface_nodes].max())
+    return MassArrays(
+        mass=make.array(masses, make.types.scalar),
+        damped_mass=make.array(damped, make.types.scalar),
+        fixed=make.array(fixed, wp.int32),
+    )

@@ -88,17 +88,23 @@ class Accountant:
             change: (n,) vec3 m/s, what the step adds to them.
             found: numbers of the pairs that there are, and how many; None where there are none.
         """
-        m, a, k = self._model, self._model.arrays, self._kernels
+        a, k = self._model.arrays, self._kernels
         sums = [self._missing, self._exchanged]
-        inputs = [a["body_start"], a["mass"], a["damped_mass"], a["fixed"], a["gravity"]]
-        inputs += [a["step_factors"], outer_impulses, before, change]
+        inputs = [
+            a.step.body_start,
+            a.masses.mass,
+            a.masses.damped_mass,
+            a.masses.fixed,
+            a.step.gravity,
+        ]
+        inputs += [a.step.factors, outer_impulses, before, change]
         self._launch(k.balance_bodies, inputs, [*sums, self._energy])
-        if m.contact_count:
-            inputs = [a["body_start"], a["contact_start"], a["surface_nodes"], a["fixed"]]
+        if a.ground is not None:
+            inputs = [a.step.body_start, a.ground.body_start, a.ground.nodes, a.masses.fixed]
             inputs += [contacts.modes, contacts.impulses, normals, before, change]
             self._launch(k.add_ground, inputs, [*sums, self._gained])
         if found is not None and contacts.pairs is not None:
-            inputs = [a["body_start"], *found, contacts.pairs.nodes, contacts.pairs.impulses]
+            inputs = [a.step.body_start, *found, contacts.pairs.nodes, contacts.pairs.impulses]
             self._launch(k.add_pairs, inputs, sums)
 
     def read(self) -> Account:
@@ -141,7 +147,7 @@ class ShapeGauge:
         wp.launch(
             self._kernel,
             dim=len(self._rest),
-            inputs=[self._starts, model.arrays["tets"], state.positions],
+            inputs=[self._starts, model.arrays.mesh.tets, state.positions],
             outputs=[*self._volumes, *self._counts],
             device=model.options.device,
         )

@@ -142,7 +142,7 @@ class PairContact:
         """Launch the choice of modes."""
         a = self._model.arrays
         friction = float(self._model.scene.body_friction)
-        law = [a["fixed"], a["diagonal_slot"], friction, self._approach]
+        law = [a.masses.fixed, a.pattern.diagonal_slot, friction, self._approach]
         inputs = [*law, self._bound(pairs), self._matrix, x, pairs.impulses, self._largest_impulse]
         inputs += [counters, scalars]
         outputs = [pairs.modes, pairs.slip_velocities, pairs.friction_forces]

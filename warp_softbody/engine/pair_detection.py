@@ -84,11 +84,11 @@ class PairDetection:
         self._tree: Any = wp.Mesh(self._points, model.array(mesh.surface.ravel(), wp.int32))
         s = self._surfaces = self._search.Surfaces()
         s.tree = self._tree.id
-        s.nodes = model.arrays["surface_nodes"]
+        s.nodes = model.arrays.mesh.surface_nodes
         s.slots = model.array(slots, wp.int32)
         sizes = mean_edges(mesh.points, mesh.surface)[mesh.surface_nodes]
         s.sizes = model.array(sizes, types.scalar)
-        s.fixed = model.arrays["fixed"]
+        s.fixed = model.arrays.masses.fixed
         s.node_body = model.array(scene.node_bodies, wp.int32)
         s.rank = model.array(rank_of(scene), wp.int32)
         s.faces = model.array(mesh.surface, wp.vec3i)
@@ -96,7 +96,7 @@ class PairDetection:
         s.rest = model.array(mesh.points, types.vec3)
         s.low, s.high = model.zeros(bodies, types.vec3), model.zeros(bodies, types.vec3)
         s.drift, s.fastest = model.zeros(1, types.vec3), model.zeros(1, types.scalar)
-        s.step_factors = model.arrays["step_factors"]
+        s.step_factors = model.arrays.step.factors
         body_ends = [0, *(part.nodes.stop for part in scene.parts)]
         self._body_start = model.array(np.array(body_ends, dtype=np.int32), wp.int32)
 

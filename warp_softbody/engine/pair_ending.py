@@ -83,4 +83,4 @@ class PairEnding:
 
     def _limit(self) -> list[Any]:
         """What bounds the energy of a step, beside its known momentum."""
-        return [self._model.arrays["mass"], float(self._model.recovery_speed)]
+        return [self._model.arrays.masses.mass, float(self._model.recovery_speed)]

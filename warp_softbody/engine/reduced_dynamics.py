@@ -83,7 +83,7 @@ class Bridge:
         self._counters = model.zeros(bg.COUNTERS, wp.int32)
         self._tolerance = model.array([model.options.bridge_tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
-        self._preconditioner = make_preconditioner(model, *matrix)
+        self._preconditioner = make_preconditioner(model.system, *matrix)
         # contact is not in the bridge's matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(
             model.array(np.where(model.fixed, HELD, FREE), wp.int32),
@@ -97,7 +97,7 @@ class Bridge:
         model = self._stepper.model
         block = model.types.block
         sizes = dict.fromkeys(("j", "x", "r", "z", "p", "q", "half"), 3 * model.node_count)
-        sizes |= dict.fromkeys(("rr", "rz", "pq"), model.chunk_count)
+        sizes |= dict.fromkeys(("rr", "rz", "pq"), model.system.chunk_count)
         sizes |= {"stretch": 6 * model.tet_count, "maps": max(1, model.segment_count)}
         scalars = ("target", "old product", "product", "curvature", "response")
         self._room = {name: model.zeros((blocks, size), block) for name, size in sizes.items()}
@@ -242,10 +242,10 @@ class Bridge:
         if renew:
             self._preconditioner.renew(self._unbound)
         self._preconditioner.prepare(self._unbound)
-        size = [model.chunk, model.node_count]
-        rows = [a["fixed"], a["row_start"], a["column"], a["damped_mass"]]
+        size = [model.system.chunk, model.node_count]
+        rows = [a.masses.fixed, a.pattern.row_start, a.pattern.column, a.masses.damped_mass]
         matrix = self._stepper.assembly.values
-        chunks = (blocks, model.chunk_count)
+        chunks = (blocks, model.system.chunk_count)
         residual = [w["j"], w["x"]]
         self._run(k.residual, chunks, [*size, *rows, 0, matrix, *residual], [w["r"], w["rr"]])
         self._run(k.set_targets, blocks, [self._tolerance, w["rr"]], [w["target"]])
@@ -255,7 +255,7 @@ class Bridge:
 
         def iterate() -> None:
             self._preconditioner.apply_block(w["r"], w["half"], w["z"])
-            self._run(k.products, chunks, [*size, a["fixed"], w["r"]], [w["z"], w["rz"]])
+            self._run(k.products, chunks, [*size, a.masses.fixed, w["r"]], [w["z"], w["rz"]])
             self._run(k.add_up, blocks, [w["rz"]], [w["product"]])
             inputs = [*size, w["product"], w["old product"], w["z"]]
             self._run(k.direction, chunks, inputs, [w["p"]])
@@ -272,9 +272,14 @@ class Bridge:
         if self._muscles is not None:
             now = [self._stepper.assembly.rotations, self._stepper.assembly.area_rows, w["x"]]
             shape = (blocks, model.tet_count)
-            self._run(self._muscles.tet_response, shape, [a["tets"], *now], [w["stretch"]])
-            segments = [a["segment_start"], a["segment_tet"], a["segment_weight"], a["directions"]]
-            factors = [a["muscle_stiffness"], a["step_factors"]]
+            self._run(self._muscles.tet_response, shape, [a.mesh.tets, *now], [w["stretch"]])
+            segments = [
+                a.muscles.segment_start,
+                a.muscles.segment_tet,
+                a.muscles.segment_weight,
+                a.muscles.directions,
+            ]
+            factors = [a.muscles.stiffness, a.step.factors]
             shape = (blocks, model.segment_count)
             inputs = [*segments, *factors, w["stretch"]]
             self._run(self._muscles.muscle_response, shape, inputs, [w["maps"]])

@@ -155,10 +155,10 @@ class Stepper:
     def _launch_muscle_lengths(self, state: State) -> None:
         m, a = self.model, self.model.arrays
         if self._muscles is not None:
-            points = [a["point_nodes"], a["point_weights"], state.positions]
+            points = [a.muscles.point_nodes, a.muscles.point_weights, state.positions]
             count = len(m.muscles.point_nodes)
             self._launch(self._muscles.fiber_points, count, points, [self.fiber_points])
-            inputs = [a["segment_points"], self.fiber_points]
+            inputs = [a.muscles.segment_points, self.fiber_points]
             self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
 
     def _launch_solve(
@@ -166,12 +166,17 @@ class Stepper:
     ) -> None:
         m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
         if self._muscles is not None:
-            inputs = [a["muscle_stiffness"], control.rest_lengths, self.lengths]
+            inputs = [a.muscles.stiffness, control.rest_lengths, self.lengths]
             self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
-            pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
+            pairs = [
+                a.muscles.pair_start,
+                a.muscles.pair_segment,
+                a.muscles.pair_weight,
+                a.muscles.directions,
+            ]
             inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
             self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
-        nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
+        nodes = [a.gather.node_start, a.gather.node_corners, a.step.factors]
         forces = [
             self.assembly.impulses,
             control.external_forces,
@@ -192,7 +197,7 @@ class Stepper:
         m, k = self.model, self._ends
         ends = [after.positions, after.velocities, after.increments, after.carry]
         before = [state.positions, state.velocities]
-        inputs = [m.arrays["step_factors"], *before, self._contact.change, self._contact.carry]
+        inputs = [m.arrays.step.factors, *before, self._contact.change, self._contact.carry]
         self._contact.launch_modes(state, contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
@@ -208,9 +213,9 @@ class Stepper:
         """One more Newton iteration, about the state that the last one ended in."""
         m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
         self.assembly.launch(after.positions, state.velocities)
-        nodes = [a["node_start"], a["node_corners"], a["step_factors"]]
-        nodes += [a["stiffness_share"]]
-        rows = [a["row_start"], a["column"]]
+        nodes = [a.gather.node_start, a.gather.node_corners, a.step.factors]
+        nodes += [a.step.stiffness_share]
+        rows = [a.pattern.row_start, a.pattern.column]
         known = [self.assembly.values, self.assembly.impulses, control.external_forces]
         inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
         inputs += [contact.before, contact.change, contacts.friction_forces]

@@ -9,18 +9,13 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warp_softbody.device.allocator import constant_integers
 from warp_softbody.kernels.linear.ldlt_factor import make_factorisation
 from warp_softbody.kernels.linear.supernodes import make_supernodes
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
 from warp_softbody.kernels.precision import Real
 from warp_softbody.linear.supernodes import build_supernodes
 from warp_softbody.linear.symbolic_ldlt import Elimination
-
-
-def constant_integers(values: npt.NDArray[np.int32], dtype: Any, device: str) -> Any:
-    """A device array of integers that are never written; on the CPU it shares their memory."""
-    contiguous = np.ascontiguousarray(values, dtype=np.int32)
-    return wp.array(contiguous, dtype=dtype, device=device, copy=False)
 
 
 @dataclass(frozen=True)
@@ -44,7 +39,7 @@ class BlockFactor:
     def __init__(
         self, elimination: Elimination, types: Real, device: str, margin: float = 0.0
     ) -> None:
-        """Arrays for the factor; nothing is computed yet. ``margin``: `Model.pivot_margin`."""
+        """Arrays for the factor, not yet computed; ``margin``: part of a pivot added to it."""
         self._margin = margin
         self._device = device
         self._count = len(elimination.order)

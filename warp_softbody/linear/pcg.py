@@ -6,11 +6,11 @@ from typing import Any, Protocol
 
 import warp as wp
 
-from warp_softbody.engine.model import Model
 from warp_softbody.kernels.linear import stopping
 from warp_softbody.kernels.linear.pcg import make_conjugate_gradients
 from warp_softbody.kernels.linear.stopping import make_stopping
 from warp_softbody.linear.preconditioner import Preconditioner
+from warp_softbody.linear.system import LinearSystem
 
 
 class Constraints(Protocol):
@@ -39,57 +39,58 @@ class ConjugateGradients:
         failed: (1,) int, whether the last solve did not converge.
     """
 
-    def __init__(self, model: Model, values: Any, preconditioner: Preconditioner) -> None:
+    def __init__(self, system: LinearSystem, values: Any, preconditioner: Preconditioner) -> None:
         """Work arrays for the matrix in ``values``."""
-        types, n = model.types, model.node_count
-        self._model = model
+        types, n = system.types, system.node_count
+        self._system = system
         self._values = values
         self._preconditioner = preconditioner
-        self._kernels = make_conjugate_gradients(model.options.precision)
-        self._stopping = make_stopping(model.options.precision)
-        self._vectors = {name: model.zeros(n, types.vec3) for name in "rzpq"}
+        self._kernels = make_conjugate_gradients(types.name)
+        self._stopping = make_stopping(types.name)
+        self._vectors = {name: system.zeros(n, types.vec3) for name in "rzpq"}
         self._sums = {
-            name: model.zeros(model.chunk_count, wp.float64)
+            name: system.zeros(system.chunk_count, wp.float64)
             for name in ("rr", "rz", "pq", "pp", "change")
         }
-        self._net = model.zeros(model.chunk_count, wp.vec3d)
-        self.scalars = model.zeros(stopping.SCALARS, wp.float64)
-        self.counters = model.zeros(stopping.COUNTERS, wp.int32)
+        self._net = system.zeros(system.chunk_count, wp.vec3d)
+        self.scalars = system.zeros(stopping.SCALARS, wp.float64)
+        self.counters = system.zeros(stopping.COUNTERS, wp.int32)
         self.failed = self.counters[stopping.FAILED : stopping.FAILED + 1]
-        self._follows = int(model.options.follows_time_error)
-        self.before = model.zeros(n, types.vec3)
-        self.start = model.zeros(n, types.vec3)
-        self.kinds = model.zeros(n, wp.int32)
-        self.normals = model.zeros(n, types.vec3)
-        self.axes = model.zeros(n, types.vec3)
+        self._follows = int(system.follows_time_error)
+        self.before = system.zeros(n, types.vec3)
+        self.start = system.zeros(n, types.vec3)
+        self.kinds = system.zeros(n, wp.int32)
+        self.normals = system.zeros(n, types.vec3)
+        self.axes = system.zeros(n, types.vec3)
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 0) -> None:
         wp.launch(
             kernel,
-            dim=dim or self._model.chunk_count,
+            dim=dim or self._system.chunk_count,
             inputs=inputs,
             outputs=outputs,
-            device=self._model.options.device,
+            device=self._system.device,
         )
 
     def set_target(self, impulses: Any) -> None:
         """Launch the stopping residual: the tolerance times |M v + impulses| of the free nodes."""
-        a = self._model.arrays
-        inputs = [a["tolerance"], a["fixed"], a["mass"], self.before, impulses]
+        masses = self._system.masses
+        inputs = [self._system.tolerance, masses.fixed, masses.mass, self.before, impulses]
         self._launch(self._stopping.set_target, inputs, [self.scalars], dim=1)
 
     def residual(self, right_side: Any, slip_stiffness: Any, change: Any) -> Any:
         """Launch r = S (M v + b - (M~ + G) (v + change)); the array that it is written to."""
-        a, s = self._model.arrays, self._sums
+        masses, s = self._system.masses, self._sums
         (chunk, *rows), surroundings = self._operator(slip_stiffness)
-        inputs = [chunk, self._follows, *rows, a["mass"], a["damped_mass"], *surroundings]
-        inputs += [right_side, self.before, self.start, change]
+        inputs = [chunk, self._follows, *rows, masses.mass, masses.damped_mass]
+        inputs += [*surroundings, right_side, self.before, self.start, change]
         outputs = [self._vectors["r"], s["rr"], s["change"], self._net]
         self._launch(self._kernels.residual, inputs, outputs)
         return self._vectors["r"]
 
     def _operator(self, slip_stiffness: Any) -> tuple[list[Any], list[Any]]:
-        rows = [self._model.chunk, self._model.arrays["row_start"], self._model.arrays["column"]]
+        pattern = self._system.pattern
+        rows = [self._system.chunk, pattern.row_start, pattern.column]
         return rows, [self._values, self.kinds, self.axes, slip_stiffness]
 
     def solve(
@@ -108,33 +109,33 @@ class ConjugateGradients:
         The ``first`` solve of a step that follows its time error makes an iteration at least; one
         that goes on ``again`` takes back that the one before it did not converge.
         """
-        m, k, v, s = self._model, self._kernels, self._vectors, self._sums
+        system, k, v, s = self._system, self._kernels, self._vectors, self._sums
         rows, surroundings = self._operator(slip_stiffness)
         self.residual(right_side, slip_stiffness, change)
         if constraints is not None:
             constraints.finish_residual(v["r"], s["rr"])
-        inputs = [m.arrays["tolerance"], self._follows, m.node_count]
+        inputs = [system.tolerance, self._follows, system.node_count]
         inputs += [s["rr"], s["change"], self._net, int(first), int(again)]
         self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 
         def iterate() -> None:
             self._preconditioner.apply(v["r"], v["z"])
-            filtered = [m.chunk, self.kinds, self.axes, v["r"]]
+            filtered = [system.chunk, self.kinds, self.axes, v["r"]]
             self._launch(k.filtered_product, filtered, [v["z"], s["rz"]])
             if constraints is not None:
                 # r is in the narrowed space, so its product with z stays what it is
                 constraints.project(v["z"])
             self._launch(k.add_up, [stopping.NEW_PRODUCT, s["rz"]], [self.scalars], dim=1)
-            self._launch(k.direction, [m.chunk, self.scalars, v["z"]], [v["p"]])
-            inputs = [*rows, m.arrays["damped_mass"], *surroundings, v["p"]]
+            self._launch(k.direction, [system.chunk, self.scalars, v["z"]], [v["p"]])
+            inputs = [*rows, system.masses.damped_mass, *surroundings, v["p"]]
             self._launch(k.product, inputs, [v["q"], s["pq"], s["pp"]])
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
             self._launch(k.add_up_curvature, [s["pq"], s["pp"]], [self.scalars], dim=1)
-            inputs = [m.chunk, self._follows, m.arrays["mass"], self.scalars]
+            inputs = [system.chunk, self._follows, system.masses.mass, self.scalars]
             outputs = [change, v["r"], s["rr"], s["change"], self._net]
             self._launch(k.advance, [*inputs, v["p"], v["q"], self.start], outputs)
-            inputs = [m.options.max_iterations, self._follows, m.node_count]
+            inputs = [system.max_iterations, self._follows, system.node_count]
             inputs += [s["rr"], s["change"], self._net]
             self._launch(self._stopping.conclude, inputs, [self.scalars, self.counters], dim=1)
 

@@ -8,10 +8,10 @@ import numpy as np
 import warp as wp
 
 from warp_softbody.device.warp_runtime import with_kernels
-from warp_softbody.engine.model import Model
 from warp_softbody.kernels.linear.two_level import make_two_level
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
 from warp_softbody.linear.block_ldlt import BlockFactor, Freedom
+from warp_softbody.linear.system import CoarseLevel, LinearSystem
 
 
 class Preconditioner(Protocol):
@@ -47,11 +47,11 @@ class Preconditioner(Protocol):
         ...
 
 
-def make_preconditioner(model: Model, values: Any, node_rotations: Any) -> Preconditioner:
-    """The preconditioner of the matrix in ``values`` that suits the size of a model."""
-    if model.aggregation is None:
-        return WarpedFactor(model, values, node_rotations)
-    return TwoLevel(model, values, node_rotations)
+def make_preconditioner(system: LinearSystem, values: Any, node_rotations: Any) -> Preconditioner:
+    """The preconditioner of the matrix in ``values``: by two levels where there is a coarse one."""
+    if system.coarse is None:
+        return WarpedFactor(system, values, node_rotations)
+    return TwoLevel(system, system.coarse, values, node_rotations)
 
 
 class WarpedFactor:
@@ -61,20 +61,20 @@ class WarpedFactor:
     count, not a clock, so that runs repeat.
     """
 
-    def __init__(self, model: Model, values: Any, node_rotations: Any) -> None:
+    def __init__(self, system: LinearSystem, values: Any, node_rotations: Any) -> None:
         """Arrays for the factor of the matrix in ``values``; nothing is computed yet."""
-        types, n = model.types, model.node_count
-        self._model = model
+        types, n = system.types, system.node_count
+        self._system = system
         self._values = values
         self._node_rotations = node_rotations
-        self._cost = model.elimination.refresh_cost
+        self._cost = system.elimination.refresh_cost
         self._excess = float("inf")
-        self._kernels = make_cholesky(model.options.precision)
+        self._kernels = make_cholesky(types.name)
         self.factor = BlockFactor(
-            model.elimination, types, model.options.device, margin=model.pivot_margin
+            system.elimination, types, system.device, margin=system.pivot_margin
         )
-        self._factor_rotations = model.zeros(n, types.mat33)
-        self._turns = model.zeros(n, types.mat33)
+        self._factor_rotations = system.zeros(n, types.mat33)
+        self._turns = system.zeros(n, types.mat33)
 
     @property
     def stale(self) -> bool:
@@ -100,8 +100,8 @@ class WarpedFactor:
         self._launch(self._kernels.node_turns, rotations, [self._turns])
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
-        m = self._model
-        wp.launch(kernel, dim=m.node_count, inputs=inputs, outputs=outputs, device=m.options.device)
+        dim, device = self._system.node_count, self._system.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
 
     def apply(self, residual: Any, result: Any) -> None:
         """Launch result = P residual, (n,) vec3."""
@@ -121,30 +121,32 @@ class TwoLevel:
 
     stale = False
 
-    def __init__(self, model: Model, values: Any, node_rotations: Any) -> None:
-        """Factorise the coarse matrix of a model with aggregates."""
-        assert model.aggregation is not None
-        types, n, coarse = model.types, model.node_count, 2 * model.aggregation.count
-        self._model = model
+    def __init__(
+        self, system: LinearSystem, coarse: CoarseLevel, values: Any, node_rotations: Any
+    ) -> None:
+        """Factorise the coarse matrix of a system."""
+        types, n, size = system.types, system.node_count, coarse.node_count
+        self._system = system
+        self._aggregates = coarse.aggregates
         self._values = values
         self._node_rotations = node_rotations
-        self._kernels = make_two_level(model.options.precision)
-        self._pivot_inverse = model.zeros(n, types.mat33)
-        self._right = model.zeros(coarse, types.vec3)
-        self._motion = model.zeros(coarse, types.vec3)
-        self._unturned = model.array(np.tile(np.eye(3), (coarse, 1, 1)), types.mat33)
+        self._kernels = make_two_level(types.name)
+        self._pivot_inverse = system.zeros(n, types.mat33)
+        self._right = system.zeros(size, types.vec3)
+        self._motion = system.zeros(size, types.vec3)
+        self._unturned = system.array(np.tile(np.eye(3), (size, 1, 1)), types.mat33)
         self._freedom: Freedom | None = None
         self._block_arrays: dict[int, tuple[Any, Any, Any]] = {}
         self._factor = BlockFactor(
-            model.elimination, types, model.options.device, margin=model.pivot_margin
+            system.elimination, types, system.device, margin=system.pivot_margin
         )
         free = Freedom(
-            model.zeros(coarse, wp.int32),
-            model.zeros(coarse, types.vec3),
-            model.zeros(coarse, types.mat33),
+            system.zeros(size, wp.int32),
+            system.zeros(size, types.vec3),
+            system.zeros(size, types.mat33),
         )
-        coarse = model.array(model.coarse_values, types.mat33)
-        with_kernels(lambda: self._factor.factorise(coarse, free))
+        matrix = system.array(coarse.values, types.mat33)
+        with_kernels(lambda: self._factor.factorise(matrix, free))
 
     def renewed(self) -> None:
         """Nothing is kept that could grow stale."""
@@ -159,50 +161,50 @@ class TwoLevel:
         """Launch the inversion of the diagonal blocks on the velocities left free."""
         self._freedom = freedom
         contact = [freedom.kinds, freedom.axes, freedom.slip_stiffness]
-        inputs = [self._model.arrays["diagonal_slot"], self._values, *contact]
+        inputs = [self._system.pattern.diagonal_slot, self._values, *contact]
         self._launch(
-            self._kernels.invert_pivots, self._model.node_count, inputs, [self._pivot_inverse]
+            self._kernels.invert_pivots, self._system.node_count, inputs, [self._pivot_inverse]
         )
 
     def _launch(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
-        device = self._model.options.device
+        device = self._system.device
         wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
 
     def _parts(self) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
         """Arguments that the kernels share: rows, sweep, contact, aggregates."""
-        a = self._model.arrays
+        pattern, groups = self._system.pattern, self._aggregates
         assert self._freedom is not None
-        rows = [a["row_start"], a["column"], a["diagonal_slot"]]
+        rows = [pattern.row_start, pattern.column, pattern.diagonal_slot]
         sweep = [self._values, self._pivot_inverse]
         contact = [self._freedom.kinds, self._freedom.axes, self._node_rotations]
-        return rows, sweep, contact, [a["aggregate_start"], a["aggregate_nodes"], a["offsets"]]
+        return rows, sweep, contact, [groups.start, groups.nodes, groups.offsets]
 
     def apply(self, residual: Any, result: Any) -> None:
         """Launch result = P residual, (n,) vec3."""
-        m, a, k = self._model, self._model.arrays, self._kernels
+        system, groups, k = self._system, self._aggregates, self._kernels
         rows, sweep, contact, aggregates = self._parts()
         self._launch(k.sweep_forward, 1, [*rows, *sweep, residual], [result])
         inputs = [*rows, *aggregates, self._values, *contact, result]
         self._launch(k.restrict, len(self._right) // 2, inputs, [self._right])
         self._factor.solve(self._unturned, self._right, self._motion)
-        inputs = [a["aggregate_of"], a["offsets"], *contact, self._motion]
-        self._launch(k.prolong, m.node_count, inputs, [result])
+        inputs = [groups.aggregate_of, groups.offsets, *contact, self._motion]
+        self._launch(k.prolong, system.node_count, inputs, [result])
         self._launch(k.sweep_backward, 1, [*rows, *sweep, residual], [result])
 
     def apply_block(self, residual: Any, work: Any, result: Any) -> None:
         """Launch result = P residual for blocks (blocks, 3n)."""
-        m, a, k = self._model, self._model.arrays, self._kernels
+        system, groups, k = self._system, self._aggregates, self._kernels
         rows, sweep, contact, aggregates = self._parts()
         blocks = residual.shape[0]
         if blocks not in self._block_arrays:
             shape = (blocks, 3 * len(self._right))
-            right, motion, spare = (m.zeros(shape, m.types.block) for _ in range(3))
+            right, motion, spare = (system.zeros(shape, system.types.block) for _ in range(3))
             self._block_arrays[blocks] = (right, motion, spare)
         right, motion, spare = self._block_arrays[blocks]
         self._launch(k.sweep_forward_block, blocks, [*rows, *sweep, residual], [result])
         inputs = [*rows, *aggregates, self._values, *contact, result]
         self._launch(k.restrict_block, (blocks, len(self._right) // 2), inputs, [right])
         self._factor.solve_block(self._unturned, right, spare, motion)
-        inputs = [a["aggregate_of"], a["offsets"], *contact, motion]
-        self._launch(k.prolong_block, (blocks, m.node_count), inputs, [result])
+        inputs = [groups.aggregate_of, groups.offsets, *contact, motion]
+        self._launch(k.prolong_block, (blocks, system.node_count), inputs, [result])
         self._launch(k.sweep_backward_block, blocks, [*rows, *sweep, residual], [result])

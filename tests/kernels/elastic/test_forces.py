@@ -129,9 +129,14 @@ def muscle_forces_at(body: Rig, positions: FloatArray, activations: FloatArray) 
     tensions = model.zeros(model.segment_count, types.scalar)
     corners = model.zeros(4 * model.tet_count, types.vec3)
     launch = body.stepper._launch
-    inputs = [a["muscle_stiffness"], body.control.rest_lengths, body.stepper.lengths]
+    inputs = [a.muscles.stiffness, body.control.rest_lengths, body.stepper.lengths]
     launch(kernels.segment_tensions, model.segment_count, inputs, [tensions])
-    pairs = [a["pair_start"], a["pair_segment"], a["pair_weight"], a["directions"]]
+    pairs = [
+        a.muscles.pair_start,
+        a.muscles.pair_segment,
+        a.muscles.pair_weight,
+        a.muscles.directions,
+    ]
     inputs = [*pairs, tensions, body.stepper.assembly.rotations, body.stepper.assembly.area_rows]
     launch(kernels.muscle_tets, model.tet_count, inputs, [corners])
     by_corner = corners.numpy().astype(np.float64).reshape(-1, 4, 3)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.controllers import control_solver as driver
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
-from warp_softbody.engine import model
+from warp_softbody.engine import linear_system
 
 if TYPE_CHECKING:
     from warp_softbody.controllers.controller import Goals
@@ -36,7 +36,7 @@ def inner_knobs(settings: Settings) -> Iterator[None]:
             stack.enter_context(_set(driver, "build_qpcc", _planned_with(settings.plan_cone)))
         if settings.preconditioner is not None:
             blocks = BLOCKS[settings.preconditioner]
-            stack.enter_context(_set(model, "MOST_FACTOR_BLOCKS", blocks))
+            stack.enter_context(_set(linear_system, "MOST_FACTOR_BLOCKS", blocks))
         yield
 
 
