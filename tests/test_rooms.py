@@ -55,8 +55,6 @@ ONLY = {"kernels": {"warp"}}
 
 # What breaks a rule today. An exception that is no longer needed fails the test.
 KNOWN_IMPORTS = {
-    # scenes are refined where bodies are
-    ("body.refinement", "world.scene"),
     # constants of kernels are NumPy's
     ("kernels.contact.active_set", "numpy"),
     ("kernels.contact.pair_active_set", "numpy"),
@@ -64,13 +62,6 @@ KNOWN_IMPORTS = {
     ("accuracy.runs.inner_knobs", "controllers.control_solver"),
     ("accuracy.runs.inner_knobs", "controllers.controller"),
     ("accuracy.runs.inner_knobs", "controllers.qpcc.contact.problem"),
-    # peers of the charts are those of the beam benchmark
-    ("accuracy.runs.peer_runs", "benchmarks.beam.cantilever"),
-    ("accuracy.runs.peers.mujoco_flex", "benchmarks.beam.cantilever"),
-    ("accuracy.runs.peers.mujoco_flex", "benchmarks.beam.solver"),
-    ("accuracy.runs.peers.pardiso_step", "benchmarks.beam.cantilever"),
-    ("accuracy.runs.peers.pardiso_step", "benchmarks.beam.corotation"),
-    ("accuracy.runs.peers.pardiso_step", "benchmarks.beam.solver"),
     # helpers that still stand in test modules
     ("tests.linear.test_two_level", "tests.linear.test_symbolic_ldlt"),
     (
@@ -90,13 +81,6 @@ KNOWN_IMPORTS = {
     ("tests.verification.test_contact_hard", "tests.verification.test_contact_drops"),
     ("tests.verification.test_pair_settling", "tests.verification.test_pair_contact"),
 }
-# Modules that import one another, each circle by its members.
-KNOWN_CIRCLES = [
-    ["accuracy.runs.peer_runs", "accuracy.runs.recording", "accuracy.runs.running"],
-    ["body.character", "body.directional_friction"],
-    ["body.mesh", "body.meshing.check", "body.meshing.tetrahedralize"],
-    ["stage_exports.usd.isolation", "stage_exports.usd.validation"],
-]
 # Class names that stand twice: accuracy and benchmarks, then the controllers and the engine.
 KNOWN_TWICE = {
     *("Case", "FlexBody", "Goal", "Journal", "Motion", "Outcome", "Preconditioner", "Probe"),
@@ -170,7 +154,7 @@ def test_rooms_import_in_one_direction() -> None:
 
 def test_modules_import_in_one_direction() -> None:
     found = circles((short(a), short(b)) for a, b in IMPORTS if b in FILES)
-    assert sorted(found) == KNOWN_CIRCLES
+    assert found == []
 
 
 def test_each_class_has_a_name_of_its_own() -> None:

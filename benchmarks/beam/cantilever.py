@@ -3,42 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from warp_softbody import Material, TetMesh
-from warp_softbody.arrays import FloatArray
+from warp_softbody import TetMesh
+from warp_softbody.accuracy.runs.peers.beam import Cantilever
 
 CELLS = {810: 3, 10_290: 7, 51_840: 12}
 """Cells across the beam by number of tets."""
 
 SIZE = (1.0, 0.2, 0.2)
 TIME_STEP = 0.01
-GRAVITY = 9.81
-MATERIAL = Material(
-    young_modulus=1e6, poisson_ratio=0.4, density=1000.0, stiffness_damping=0.0, mass_damping=0.0
-)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cantilever:
-    """A mesh with its clamped and its tip face.
-
-    Attributes:
-        mesh: the straight beam along x.
-        fixed: (n,) whether a node is clamped.
-        tip: (n,) whether a node is on the free end face.
-    """
-
-    mesh: TetMesh
-    fixed: npt.NDArray[np.bool_]
-    tip: npt.NDArray[np.bool_]
-
-    def fall(self, positions: FloatArray) -> float:
-        """Mean fall of the tip face, m."""
-        return float((self.mesh.points - positions)[self.tip, 2].mean())
 
 
 def cantilever(tets: int) -> Cantilever:

@@ -40,14 +40,15 @@ from functools import partial
 from typing import Any
 
 from benchmarks.beam.arguments import count, progress, sizes
-from benchmarks.beam.cantilever import CELLS, TIME_STEP, Cantilever, cantilever
-from benchmarks.beam.corotation import CorotationalSystem
+from benchmarks.beam.cantilever import CELLS, TIME_STEP, cantilever
 from benchmarks.beam.ours import OurBeam
 from benchmarks.beam.rounds import enter, run_in_turn
 from benchmarks.beam.solver import Make, static_sag
 from benchmarks.beam.table import Result, summarise, table
 from warp_softbody import SimulationOptions
 from warp_softbody.accuracy.runs.peers import missing_peer
+from warp_softbody.accuracy.runs.peers.beam import Cantilever
+from warp_softbody.accuracy.runs.peers.corotation import CorotationalSystem
 from warp_softbody.accuracy.runs.peers.mujoco_flex import MujocoBeam
 from warp_softbody.accuracy.runs.peers.pardiso_step import PardisoBeam
 from warp_softbody.engine.options import Precision

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.beam.cantilever import GRAVITY, MATERIAL, Cantilever
-from benchmarks.beam.solver import StepReport
 from warp_softbody import Character, Scene, SimulationOptions, Stepper, build_model
+from warp_softbody.accuracy.runs.peers.beam import GRAVITY, MATERIAL, Cantilever, StepReport
 from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.options import Precision
 from warp_softbody.engine.state import Contacts, Control, State

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from benchmarks.beam.cantilever import TIME_STEP, Cantilever
-from benchmarks.beam.corotation import CorotationalSystem
-from benchmarks.beam.solver import BeamSolver, Make, StepReport
+from benchmarks.beam.cantilever import TIME_STEP
+from benchmarks.beam.solver import BeamSolver, Make
+from warp_softbody.accuracy.runs.peers.beam import Cantilever, StepReport
+from warp_softbody.accuracy.runs.peers.corotation import CorotationalSystem
 
 STEPS_IN_TURN = 5
 CHECKED_STEPS = 3

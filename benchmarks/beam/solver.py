@@ -3,28 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
-from benchmarks.beam.cantilever import Cantilever
+from warp_softbody.accuracy.runs.peers.beam import Cantilever, StepReport
 from warp_softbody.arrays import FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class StepReport:
-    """What one step says about itself.
-
-    Attributes:
-        iterations: of the linear solver, None where it has none or does not tell.
-        converged: whether the linear solve reached its tolerance.
-        solve_ms: the part of the step that is the linear solve, where it stands apart.
-        residual: the linear solve's relative residual in the solver's own words.
-    """
-
-    iterations: int | None = None
-    converged: bool = True
-    solve_ms: float | None = None
-    residual: float | None = None
 
 
 class BeamSolver(Protocol):

@@ -29,7 +29,8 @@ from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
 from warp_softbody.accuracy.cases.track import body_size
 from warp_softbody.accuracy.runs.journal import Journal
-from warp_softbody.accuracy.runs.running import Outcome, run_job
+from warp_softbody.accuracy.runs.outcome import RunOutcome
+from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.errors import InputError
 
 BOUNDS = (0.01, 0.02, 0.05, 0.1)
@@ -85,7 +86,7 @@ class Variant:
         self.trials = Trials(self.case, self.run, self._ruler)
         self._points = {one: self.run(one) for one in grid}
 
-    def run(self, settings: Settings) -> Outcome:
+    def run(self, settings: Settings) -> RunOutcome:
         """A run, made once."""
         made = job(self.case, settings)
         if made.key not in self._journal.outcomes:

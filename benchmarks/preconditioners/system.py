@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from benchmarks.beam.cantilever import TIME_STEP, Cantilever
-from benchmarks.beam.corotation import CorotationalSystem
+from benchmarks.beam.cantilever import TIME_STEP
 from benchmarks.beam.ours import OurBeam
+from warp_softbody.accuracy.runs.peers.beam import Cantilever
+from warp_softbody.accuracy.runs.peers.corotation import CorotationalSystem
 from warp_softbody.arrays import FloatArray
 
 Apply = Callable[[FloatArray], FloatArray]

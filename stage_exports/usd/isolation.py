@@ -26,7 +26,7 @@ from warp_softbody.stage_exports.usd.watchdog import ENDINGS
 TASKS = {
     "extract": "extraction",
     "extract_names": "extraction",
-    "find_faults": "validation",
+    "find_faults": "faults",
     "merge": "merging",
 }
 """Functions and their modules in this package; they take and return plain values and arrays."""

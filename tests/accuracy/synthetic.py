@@ -10,14 +10,14 @@ from warp_softbody.accuracy.analysis.design import first_points
 from warp_softbody.accuracy.cases.case import Case
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
-from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 
 CASE = replace(CASES["cantilever"], meshes=((None, 0), (None, 1)))
 EXACT = np.linspace(0.0, 0.3, 3 * 4 * 3).reshape(3, 4, 3)
 FALL = 0.4
 
 
-def outcome(settings: Settings) -> Outcome:
+def outcome(settings: Settings) -> RunOutcome:
     """All nodes are off by dt / 4 along x and by h^2 / 100 along y, h = 1 / 2^level.
 
     The cost is that of as many steps as are made with as many tets, and some for the rest.
@@ -27,7 +27,7 @@ def outcome(settings: Settings) -> Outcome:
         space *= 0.1
     path = EXACT + np.array([time, space, 0.0])
     work = 1.0 + (settings.elements == "smoothed") + (settings.precision == "float64")
-    return Outcome(
+    return RunOutcome(
         status="complete",
         cost=work * 8.0**settings.level / settings.time_step,
         setup=0.1,
@@ -43,6 +43,6 @@ def outcome(settings: Settings) -> Outcome:
     )
 
 
-def outcomes(case: Case = CASE) -> dict[Settings, Outcome]:
+def outcomes(case: Case = CASE) -> dict[Settings, RunOutcome]:
     """Of all points that do not depend on a measurement."""
     return {settings: outcome(settings) for settings in first_points(case)}

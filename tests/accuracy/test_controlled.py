@@ -16,7 +16,7 @@ from warp_softbody.accuracy.cases.case import Case
 from warp_softbody.accuracy.cases.letter_rows import LETTERS
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
-from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.errors import InputError, SoftBodyError
 
 RULER = Ruler(size=1.0, by_functionals=True)
@@ -26,12 +26,12 @@ STEP_DOES, MESH_DOES, KNOB_DOES = 0.3, 5.4, 0.9
 """Degrees: for each 1/240 s of the step, of the coarser mesh, and of a looser solve."""
 
 
-def outcome(settings: Settings) -> Outcome:
+def outcome(settings: Settings) -> RunOutcome:
     """A largest tilt that is off by the time step, the mesh and the tolerance; nothing else is."""
     off = STEP_DOES * 240.0 * settings.time_step
     off += MESH_DOES * (settings.level == 0) + KNOB_DOES * (settings.tolerance == 1e-2)
     work = 8.0**settings.level * (0.7 if settings.tolerance == 1e-2 else 1.0)
-    return Outcome(
+    return RunOutcome(
         status="complete",
         cost=10.0 * work / settings.time_step,
         setup=0.1,
@@ -47,7 +47,7 @@ def outcome(settings: Settings) -> Outcome:
     )
 
 
-def outcomes(case: Case = CASE) -> dict[Settings, Outcome]:
+def outcomes(case: Case = CASE) -> dict[Settings, RunOutcome]:
     return {settings: outcome(settings) for settings in first_points(case)}
 
 
@@ -82,7 +82,7 @@ def test_three_runs_make_a_reference(case: Case) -> None:
     assert len(family) == 3 and sum(one.level for one in family) == 1
 
 
-def outcome_of(case: Case) -> Outcome:
+def outcome_of(case: Case) -> RunOutcome:
     values = dict.fromkeys(case.functionals, 1.0)
     return replace(outcome(case.default), functionals=values)
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.api.samples import muscled, scene
 from warp_softbody.accuracy.cases.settings import Settings
-from warp_softbody.accuracy.runs import running
+from warp_softbody.accuracy.runs import job
 from warp_softbody.scenes import ScenePlan
 
 
@@ -25,8 +25,8 @@ def of(character: Any, monkeypatch: pytest.MonkeyPatch) -> str:
         settings={},
     )
     monkeypatch.setattr(Settings, "plan", lambda *_: plan)
-    running.fingerprint.cache_clear()
-    return running.fingerprint("mine", (), None)
+    job.fingerprint.cache_clear()
+    return job.fingerprint("mine", (), None)
 
 
 def test_muscles_are_part_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -38,4 +38,4 @@ def test_muscles_are_part_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert of(muscled(), monkeypatch) == before
     for changed in (replace(group, strength=2e5), replace(group, fibers=(moved,))):
         assert of(replace(character, muscles=(changed,)), monkeypatch) != before
-    running.fingerprint.cache_clear()
+    job.fingerprint.cache_clear()

@@ -11,7 +11,8 @@ import pytest
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.runs.inner_knobs import inner_knobs
-from warp_softbody.accuracy.runs.running import Job, run_job
+from warp_softbody.accuracy.runs.job import Job
+from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.controllers import ContactQPCC, solve_qpcc
 from warp_softbody.controllers import control_solver as driver
 from warp_softbody.engine import linear_system as system

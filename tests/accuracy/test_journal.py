@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.runs.job import Job
 from warp_softbody.accuracy.runs.journal import Journal
-from warp_softbody.accuracy.runs.running import Job, Outcome, refused
+from warp_softbody.accuracy.runs.outcome import RunOutcome, refused
 from warp_softbody.errors import OutputError
 
 
@@ -23,8 +24,8 @@ def job(step: float) -> Job:
     )
 
 
-def outcome(cost: float) -> Outcome:
-    return Outcome(
+def outcome(cost: float) -> RunOutcome:
+    return RunOutcome(
         status="complete",
         cost=cost,
         setup=0.1,

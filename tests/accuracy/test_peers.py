@@ -10,7 +10,8 @@ import pytest
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.runs.flex import FlexBody
-from warp_softbody.accuracy.runs.running import Job, run_job
+from warp_softbody.accuracy.runs.job import Job
+from warp_softbody.accuracy.runs.running import run_job
 
 pytest.importorskip("mujoco")
 pytest.importorskip("pypardiso")

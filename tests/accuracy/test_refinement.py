@@ -11,8 +11,9 @@ from tests.support.bodies import box
 from warp_softbody import scenes
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.body.refinement import refine, refined_character, refined_scene
+from warp_softbody.body.refinement import refine, refined_character
 from warp_softbody.errors import InputError
+from warp_softbody.world.refined_scene import refined_scene
 
 MESHES = {
     "grid": box((2, 3, 2), (0.2, 0.5, 0.3)),

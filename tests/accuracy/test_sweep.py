@@ -14,34 +14,20 @@ import numpy as np
 import pytest
 
 from tests.accuracy.inline import Inline
+from tests.accuracy.short_runs import jobs
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.runs.journal import Journal
-from warp_softbody.accuracy.runs.running import Job, Outcome, run_job
+from warp_softbody.accuracy.runs.outcome import RunOutcome
+from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.accuracy.runs.sweep import sweep
 from warp_softbody.accuracy.runs.workers import workers
 from warp_softbody.errors import InputError
 from warp_softbody.run.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
-MESHES = (1, 2, 3)
-STEPS = (1.0 / 30.0, 1.0 / 60.0)
 
 
-def jobs() -> list[Job]:
-    """Six short runs; the kill test makes the same ones."""
-    return [
-        Job(
-            scene="cantilever",
-            seconds=0.2,
-            functionals=("tip_fall",),
-            settings=Settings(time_step=step, cells=cells),
-        )
-        for cells in MESHES
-        for step in STEPS
-    ]
-
-
-def assert_same(one: dict[str, Outcome], other: dict[str, Outcome]) -> None:
+def assert_same(one: dict[str, RunOutcome], other: dict[str, RunOutcome]) -> None:
     """Everything but the times that were measured, to the last bit."""
     assert list(one) == list(other)
     apart = {"cost": 0.0, "setup": 0.0, "path": None}
@@ -51,13 +37,13 @@ def assert_same(one: dict[str, Outcome], other: dict[str, Outcome]) -> None:
 
 
 @pytest.fixture(scope="module")
-def straight(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Outcome]:
+def straight(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RunOutcome]:
     """All of them, here, without a stop."""
     journal = Journal(tmp_path_factory.mktemp("straight"), "cantilever")
     return sweep(jobs(), journal, Inline())
 
 
-def test_runs_are_measured(straight: dict[str, Outcome]) -> None:
+def test_runs_are_measured(straight: dict[str, RunOutcome]) -> None:
     for job in jobs():
         outcome = straight[job.key]
         cells = job.settings.cells
@@ -70,7 +56,9 @@ def test_runs_are_measured(straight: dict[str, Outcome]) -> None:
         assert outcome.path.shape == (7, 128, 3)
 
 
-def test_a_stopped_sweep_goes_on_where_it_was(straight: dict[str, Outcome], tmp_path: Path) -> None:
+def test_a_stopped_sweep_goes_on_where_it_was(
+    straight: dict[str, RunOutcome], tmp_path: Path
+) -> None:
     """After Ctrl-C when two runs are kept, and a line that was torn in the middle."""
 
     def interrupt(done: int, total: int) -> None:
@@ -95,11 +83,13 @@ def test_a_stopped_sweep_goes_on_where_it_was(straight: dict[str, Outcome], tmp_
     assert idle.calls == 0
 
 
-def test_a_killed_sweep_goes_on_where_it_was(straight: dict[str, Outcome], tmp_path: Path) -> None:
+def test_a_killed_sweep_goes_on_where_it_was(
+    straight: dict[str, RunOutcome], tmp_path: Path
+) -> None:
     script = f"""
 import sys
 from pathlib import Path
-from tests.accuracy.test_sweep import jobs
+from tests.accuracy.short_runs import jobs
 from warp_softbody.accuracy.runs.journal import Journal
 from warp_softbody.accuracy.runs.sweep import sweep
 from warp_softbody.accuracy.runs.workers import workers
@@ -127,12 +117,12 @@ if __name__ == "__main__":
     assert rest.calls == len(jobs()) - kept
 
 
-def test_other_processes_find_the_same(straight: dict[str, Outcome], tmp_path: Path) -> None:
+def test_other_processes_find_the_same(straight: dict[str, RunOutcome], tmp_path: Path) -> None:
     with workers(2) as executor:
         assert_same(sweep(jobs(), Journal(tmp_path, "cantilever"), executor), straight)
 
 
-def test_a_dask_cluster_finds_the_same(straight: dict[str, Outcome], tmp_path: Path) -> None:
+def test_a_dask_cluster_finds_the_same(straight: dict[str, RunOutcome], tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(
@@ -198,7 +188,7 @@ def test_a_run_that_breaks_down_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -
 
 def test_gains_are_part_of_a_runs_key(monkeypatch: pytest.MonkeyPatch) -> None:
     """They change what a scene is, without a change of any setting."""
-    from warp_softbody.accuracy.runs.running import fingerprint
+    from warp_softbody.accuracy.runs.job import fingerprint
     from warp_softbody.scenes import balance_i
 
     before = fingerprint("balance-i", (), None)

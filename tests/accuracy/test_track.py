@@ -12,7 +12,7 @@ from warp_softbody import scenes
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 from warp_softbody.accuracy.cases.track import MOST_POINTS, Probe, Track, material_points
 from warp_softbody.arrays import FloatArray
-from warp_softbody.body.refinement import refined_scene
+from warp_softbody.world.refined_scene import refined_scene
 from warp_softbody.world.scene import Scene
 
 SLOPE = np.array([[0.9, 0.2, 0.0], [-0.1, 1.1, 0.3], [0.0, -0.2, 0.8]])

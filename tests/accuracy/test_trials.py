@@ -12,7 +12,7 @@ from warp_softbody.accuracy.analysis.motion import Ruler
 from warp_softbody.accuracy.analysis.trials import Trials, tuned_by_trials
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
-from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.errors import InputError, SoftBodyError
 
 RULER = Ruler(size=1.0, by_functionals=False)
@@ -68,7 +68,7 @@ def test_a_bound_that_nothing_holds_is_refused() -> None:
 def test_each_point_is_run_once() -> None:
     made: list[Settings] = []
 
-    def run(settings: Settings) -> Outcome:
+    def run(settings: Settings) -> RunOutcome:
         made.append(settings)
         return synthetic.outcome(settings)
 
@@ -79,7 +79,7 @@ def test_each_point_is_run_once() -> None:
 
 
 def test_a_trial_that_fails_is_one_sentence() -> None:
-    def run(settings: Settings) -> Outcome:
+    def run(settings: Settings) -> RunOutcome:
         return replace(synthetic.outcome(settings), status="numbers stopped being finite")
 
     with pytest.raises(SoftBodyError, match="did not end well: numbers stopped being finite"):

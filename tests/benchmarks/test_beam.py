@@ -12,12 +12,13 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from benchmarks.beam import command as beam
-from benchmarks.beam.cantilever import MATERIAL, TIME_STEP, cantilever
-from benchmarks.beam.corotation import CorotationalSystem
+from benchmarks.beam.cantilever import TIME_STEP, cantilever
 from benchmarks.beam.rounds import Entrant, run_in_turn
-from benchmarks.beam.solver import StepReport, static_sag
+from benchmarks.beam.solver import static_sag
 from benchmarks.beam.table import Result
 from warp_softbody import SimulationOptions
+from warp_softbody.accuracy.runs.peers.beam import MATERIAL, StepReport
+from warp_softbody.accuracy.runs.peers.corotation import CorotationalSystem
 from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.options import Precision
 

@@ -10,7 +10,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.linalg import eigh
 
-from benchmarks.beam.cantilever import MATERIAL, TIME_STEP, cantilever
+from benchmarks.beam.cantilever import TIME_STEP, cantilever
 from benchmarks.beam.ours import OurBeam
 from benchmarks.preconditioners import command as preconditioners
 from benchmarks.preconditioners.command import OURS, PRECONDITIONERS, Result, examine
@@ -32,6 +32,7 @@ from benchmarks.preconditioners.two_level import (
 )
 from tests.support.bodies import rig
 from warp_softbody import SimulationOptions
+from warp_softbody.accuracy.runs.peers.beam import MATERIAL
 from warp_softbody.arrays import FloatArray
 from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Precision

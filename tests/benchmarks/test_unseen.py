@@ -12,7 +12,8 @@ from benchmarks.charts.unseen import BOUNDS, VARIANTS, Variant, Verdict
 from tests.accuracy import synthetic
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.table import CASES
-from warp_softbody.accuracy.runs.running import Job, Outcome
+from warp_softbody.accuracy.runs.job import Job
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 
 
 def test_every_variant_is_a_scene_with_a_setting_changed() -> None:
@@ -37,7 +38,7 @@ def test_the_cheapest_known_point_is_what_costs_are_over(
 ) -> None:
     """On synthetic motions, which know nothing of the scene's settings."""
 
-    def run(job: Job) -> Outcome:
+    def run(job: Job) -> RunOutcome:
         return synthetic.outcome(job.settings)
 
     small = replace(synthetic.CASE, quick={"meshes": ((None, 0), (None, 1))})

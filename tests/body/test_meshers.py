@@ -166,26 +166,29 @@ def test_interrupt_ends_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         os.kill(int(note.read_text()), 0)
 
 
+def compare(points: Any, tets: Any, surface: trimesh.Trimesh, *, envelope: float) -> None:
+    check_against_surface(points, tets, load_surface(surface), mesher="it", envelope=envelope)
+
+
 def test_check_refuses_another_box(cube: TetMesh) -> None:
     half = trimesh.creation.box(bounds=[[0.0, 0.0, 0.0], [1.0, 1.0, 0.5]])
     with pytest.raises(MeshError, match=r"box of the mesh by it lies 0\.5 m from the surface's"):
-        check_against_surface(cube, load_surface(half), mesher="it", envelope=1e-3)
+        compare(cube.points, cube.tets, half, envelope=1e-3)
 
 
 def test_check_refuses_another_volume(cube: TetMesh) -> None:
     ball = trimesh.creation.icosphere(3, radius=0.5)
     ball.apply_translation((0.5, 0.5, 0.5))
     with pytest.raises(MeshError, match=r"a volume of 1 m\^3, but the surface encloses 0\.5"):
-        check_against_surface(cube, load_surface(ball), mesher="it", envelope=1e-2)
+        compare(cube.points, cube.tets, ball, envelope=1e-2)
 
 
 def test_check_refuses_two_parts(cube: TetMesh) -> None:
     points = np.concatenate([cube.points, cube.points + 5.0])
     tets = np.concatenate([cube.tets, cube.tets + 8])
-    pair = TetMesh.from_arrays(points, tets, allow_parts=True)
-    whole = load_surface(trimesh.creation.box((1.0, 1.0, 1.0)))
+    whole = trimesh.creation.box((1.0, 1.0, 1.0))
     with pytest.raises(MeshError, match="it made 2 separate parts of one surface"):
-        check_against_surface(pair, whole, mesher="it", envelope=1e-3)
+        compare(points, tets, whole, envelope=1e-3)
 
 
 def test_no_temporary_folder_is_one_sentence(

@@ -1,6 +1,7 @@
 """Which module of the repository imports which, read from the source without running it."""
 
 import ast
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +43,7 @@ def module_files() -> dict[str, Path]:
 
 
 def imports_of(module: str, path: Path, modules: Iterable[str]) -> Iterator[Import]:
-    """Every import of the file, also within functions, under TYPE_CHECKING and by a string.
+    """Every import of the file, also within functions, under TYPE_CHECKING and in strings.
 
     `from package import name` counts for the module `package.name` where there is one, else for
     the package. A name that no module of the repository has is given in full.
@@ -64,6 +65,10 @@ def imports_of(module: str, path: Path, modules: Iterable[str]) -> Iterator[Impo
             continue
         for name in names:
             yield Import(module, name, node.lineno)
+    for text in words:  # scripts that are handed to another process
+        for name in re.findall(r"^(?:from|import) ([\w.]+)", text, re.MULTILINE):
+            if name in known:
+                yield Import(module, name, 0)
 
 
 def _imported_from(node: ast.ImportFrom, package: str, known: set[str]) -> set[str]:

@@ -91,7 +91,7 @@ class Character(FrozenValue):
     @cached_property
     def node_friction(self) -> NodeFriction:
         """What directional friction says of each node."""
-        return friction_by_node(self)
+        return friction_by_node(self.directional_friction, self.regions, len(self.mesh.points))
 
     def region(self, name: str) -> IntArray:
         """Node indices of a named region; one sentence when there is none of that name."""

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
-
-if TYPE_CHECKING:
-    from warp_softbody.body.character import Character
-
 
 DIRECTIONS = 8
 """Directions for which the engine keeps a factor, evenly spread around the normal."""
@@ -73,13 +71,22 @@ class NodeFriction(NamedTuple):
     factors: FloatArray
 
 
-def friction_by_node(character: Character) -> NodeFriction:
-    """What the regions say of each node, the last that holds it; factors of one for the others."""
-    count = len(character.mesh.points)
+def friction_by_node(
+    frictions: Iterable[DirectionalFriction],
+    regions: Mapping[str, npt.NDArray[np.int32]],
+    count: int,
+) -> NodeFriction:
+    """What the regions say of each node, the last that holds it; factors of one for the others.
+
+    Args:
+        frictions: those of a body.
+        regions: the body's nodes by region.
+        count: number of the body's nodes.
+    """
     forward = np.tile([1.0, 0.0, 0.0], (count, 1))
     factors = np.ones((count, DIRECTIONS))
-    for friction in character.directional_friction:
-        nodes = character.region(friction.region)
+    for friction in frictions:
+        nodes = regions[friction.region]
         forward[nodes] = friction.direction
         factors[nodes] = friction.eight
     return NodeFriction(forward, factors)

@@ -147,13 +147,15 @@ class TetMesh(FrozenValue):
             InputError: an unknown mesher or a size that is not positive.
             MissingExtraError: TetGen is asked for but not installed.
         """
+        # meshing takes long to load and few need it
         from warp_softbody.body.meshing import tetrahedralize
 
         if isinstance(surface, str | os.PathLike):
             surface = input_kinds.path("surface of TetMesh.from_surface", surface)
         elif not all(hasattr(surface, name) for name in ("vertices", "faces", "merge_vertices")):
             checks.refuse("surface of TetMesh.from_surface", "a file or a trimesh.Trimesh", surface)
-        return tetrahedralize(surface, mesher=mesher, size=size)
+        filled = tetrahedralize(surface, mesher=mesher, size=size)
+        return cls(filled.points, filled.tets)
 
     def write(self, path: str | Path) -> None:
         """Write the tets in the format of the file's extension, whole or not at all.

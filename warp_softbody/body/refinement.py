@@ -15,8 +15,6 @@ import numpy.typing as npt
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.errors import InputError
-from warp_softbody.world.scene import Scene
 
 IntArray = npt.NDArray[np.int32]
 
@@ -28,21 +26,6 @@ _CORNERS = ((0, 4, 5, 6), (4, 1, 7, 8), (5, 7, 2, 9), (6, 8, 9, 3))
 # with the four middles around it in turn.
 _DIAGONALS = np.array([(4, 9), (5, 8), (6, 7)])
 _AROUND = np.array([(5, 6, 8, 7), (4, 6, 9, 7), (4, 5, 9, 8)])
-
-
-def refined_scene(scene: Scene, levels: int) -> Scene:
-    """A scene with the meshes of all its bodies refined so many times."""
-    if levels < 0:
-        raise InputError(f"a mesh can be refined 0 or more times, got {levels}")
-    for _ in range(levels):
-        scene = replace(
-            scene,
-            character=refined_character(scene.character),
-            others=tuple(
-                replace(body, character=refined_character(body.character)) for body in scene.others
-            ),
-        )
-    return scene
 
 
 def refined_character(character: Character) -> Character:

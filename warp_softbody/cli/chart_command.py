@@ -41,9 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help=f"where SCENE.csv, .json and .png go ({FOLDER})",
     )
     add_sweep_options(parser)
-    parser.add_argument(
-        "--peers", action="store_true", help="other programs as well, in a checkout"
-    )
+    parser.add_argument("--peers", action="store_true", help="other programs as well (extra bench)")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(handler=run)
 

@@ -82,11 +82,12 @@ def _mesh(args: argparse.Namespace) -> tuple[TetMesh, float | None]:
 
 def _from_surface(args: argparse.Namespace) -> tuple[TetMesh, float]:
     """Mesh of a surface file, and the volume that the surface encloses, m^3."""
+    from warp_softbody.body.mesh import TetMesh
     from warp_softbody.body.meshing import load_surface, tetrahedralize
 
     surface = load_surface(args.input)
-    mesh = tetrahedralize(surface, mesher=args.mesher or "ftetwild", size=args.size)
-    return mesh, surface.volume
+    filled = tetrahedralize(surface, mesher=args.mesher or "ftetwild", size=args.size)
+    return TetMesh(filled.points, filled.tets), surface.volume
 
 
 def _from_tets(args: argparse.Namespace) -> TetMesh:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from warp_softbody.accuracy.analysis.tuning import Tuned
     from warp_softbody.accuracy.cases.case import Case
     from warp_softbody.accuracy.cases.settings import Settings
-    from warp_softbody.accuracy.runs.running import Outcome
+    from warp_softbody.accuracy.runs.outcome import RunOutcome
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -125,7 +125,7 @@ def _tried(case: Case, args: argparse.Namespace, executor: Executor, journal: Pa
     wanted = case.quickly() if args.quick else case
     kept = Journal(journal, case.scene)
 
-    def run(settings: Settings) -> Outcome:
+    def run(settings: Settings) -> RunOutcome:
         made = job(wanted, settings)
         return sweep([made], kept, executor)[made.key]
 

@@ -38,7 +38,7 @@ SCENE_KNOBS = ("cells", "patches")
 def tuned_plan(args: argparse.Namespace) -> ScenePlan:
     """The scene that ``args`` ask for, with the stored settings where they ask for an error."""
     from warp_softbody import scenes
-    from warp_softbody.body.refinement import refined_scene
+    from warp_softbody.world.refined_scene import refined_scene
 
     _take(args)
     plan = scenes.make(args.scene, unique(args.set, "--set"))

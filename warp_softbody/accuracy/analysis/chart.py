@@ -23,7 +23,7 @@ from warp_softbody.accuracy.cases.case import Case
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.track import body_size
 from warp_softbody.accuracy.runs.journal import Journal
-from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.sweep import Progress, sweep
 
 SETTLED = 0.1
@@ -52,7 +52,7 @@ class Point:
 
     settings: Settings
     solver: str = "ours"
-    outcome: Outcome
+    outcome: RunOutcome
     error: float | None
     time_error: float | None = None
     space_error: float | None = None
@@ -119,7 +119,7 @@ def _run(
     journal: Journal,
     executor: Executor,
     progress: Progress,
-) -> dict[Settings, Outcome]:
+) -> dict[Settings, RunOutcome]:
     jobs = {one: job(case, one) for one in settings}
     outcomes = sweep(list(jobs.values()), journal, executor, progress)
     return {one: outcomes[made.key] for one, made in jobs.items()}
@@ -147,7 +147,7 @@ def _peer_points(
     ]
 
 
-def _measured(outcomes: dict[Settings, Outcome], reference: Reference) -> list[Measured]:
+def _measured(outcomes: dict[Settings, RunOutcome], reference: Reference) -> list[Measured]:
     found = []
     for settings, outcome in outcomes.items():
         error = reference.error(outcome)
@@ -157,7 +157,7 @@ def _measured(outcomes: dict[Settings, Outcome], reference: Reference) -> list[M
 
 
 def _point(
-    case: Case, reference: Reference, outcomes: dict[Settings, Outcome], settings: Settings
+    case: Case, reference: Reference, outcomes: dict[Settings, RunOutcome], settings: Settings
 ) -> Point:
     outcome = outcomes[settings]
     motion = motion_of(outcome)

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.case import TIME_STEPS, Case, Mesh
 from warp_softbody.accuracy.cases.settings import Settings
-from warp_softbody.accuracy.runs.running import Job
+from warp_softbody.accuracy.runs.job import Job
 
 T = TypeVar("T")
 

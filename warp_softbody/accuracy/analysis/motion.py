@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
-from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.arrays import FloatArray
 
 
@@ -25,7 +25,7 @@ class Motion:
     functionals: Mapping[str, float]
 
 
-def motion_of(outcome: Outcome | None) -> Motion | None:
+def motion_of(outcome: RunOutcome | None) -> Motion | None:
     """That of a complete run."""
     if outcome is None or not outcome.complete:
         return None

@@ -18,10 +18,10 @@ from warp_softbody.accuracy.analysis.design import reference_settings
 from warp_softbody.accuracy.analysis.motion import Motion, Ruler, corrected, extrapolated, motion_of
 from warp_softbody.accuracy.cases.case import TIME_STEPS, Case
 from warp_softbody.accuracy.cases.settings import Settings
-from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.errors import SoftBodyError
 
-Outcomes = Mapping[Settings, Outcome]
+Outcomes = Mapping[Settings, RunOutcome]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ class Reference:
         """The three changes together; errors below it cannot be told apart."""
         return self.mesh_change + self.time_change + self.mixed_change
 
-    def error(self, outcome: Outcome | None) -> float | None:
+    def error(self, outcome: RunOutcome | None) -> float | None:
         """Distance of a run; None where it did not end well."""
         motion = motion_of(outcome)
         return None if motion is None else self.ruler.distance(motion, self.motion)

@@ -20,11 +20,11 @@ from warp_softbody.accuracy.analysis.tuning import Tuned
 from warp_softbody.accuracy.cases.case import TIME_STEPS, Case
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.track import body_size
-from warp_softbody.accuracy.runs.running import Outcome
+from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.engine.options import Elements
 from warp_softbody.errors import InputError, SoftBodyError
 
-Run = Callable[[Settings], Outcome]
+Run = Callable[[Settings], RunOutcome]
 
 SECOND_ORDER = 2.0
 DOUBT = 0.1
@@ -101,7 +101,7 @@ class Trials:
             cells, level = self._meshes[0]
             self._meshes.append((cells, level + 1))
         self._reference: Motion | None = None
-        self.outcomes: dict[Settings, Outcome] = {}
+        self.outcomes: dict[Settings, RunOutcome] = {}
 
     def error(self, settings: Settings) -> float:
         """Distance from the small reference of the last `settle`."""
@@ -142,7 +142,7 @@ class Trials:
             raise InputError(f"no mesh and time step tried holds {100.0 * bound:.2g}% in {scene!r}")
         return min(held, key=lambda trial: trial.cost)
 
-    def _outcome(self, settings: Settings) -> Outcome:
+    def _outcome(self, settings: Settings) -> RunOutcome:
         if settings not in self.outcomes:
             self.outcomes[settings] = self._run(settings)
         return self.outcomes[settings]

@@ -85,7 +85,7 @@ class Settings:
     def plan(self, scene: str, given: Mapping[str, str | float]) -> ScenePlan:
         """The scene on this mesh; ``given`` are its other settings."""
         from warp_softbody import scenes
-        from warp_softbody.body.refinement import refined_scene
+        from warp_softbody.world.refined_scene import refined_scene
 
         own = {"cells": self.cells, "patches": self.patches}
         chosen = {name: value for name, value in own.items() if value is not None}

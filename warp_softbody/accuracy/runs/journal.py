@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from warp_softbody.accuracy.runs.running import Job, Outcome, Path3
+from warp_softbody.accuracy.runs.job import Job
+from warp_softbody.accuracy.runs.outcome import Path3, RunOutcome
 from warp_softbody.atomic_files import replacing, require_writable, sync_folder
 from warp_softbody.errors import OutputError
 
@@ -43,7 +44,7 @@ class Journal:
         """
         self._file = folder / f"{scene}.jsonl"
         self._paths = folder / scene
-        self.outcomes: dict[str, Outcome] = {}
+        self.outcomes: dict[str, RunOutcome] = {}
         try:
             self._paths.mkdir(parents=True, exist_ok=True)
             require_writable(self._paths)
@@ -66,7 +67,7 @@ class Journal:
         except _DAMAGE:
             return
 
-    def add(self, job: Job, outcome: Outcome) -> None:
+    def add(self, job: Job, outcome: RunOutcome) -> None:
         """Keep a finished run.
 
         Raises:
@@ -116,13 +117,13 @@ def _path(file: Path) -> Path3:
     return found
 
 
-def _outcome(values: Mapping[str, Any], path: Path3) -> Outcome:
+def _outcome(values: Mapping[str, Any], path: Path3) -> RunOutcome:
     """An outcome whose fields are what they must be.
 
     Raises:
         ValueError: one is not.
     """
-    outcome = Outcome(**values, path=path)
+    outcome = RunOutcome(**values, path=path)
     whole = [getattr(outcome, name) for name in _COUNTS]
     numbers = [*(getattr(outcome, name) for name in _NUMBERS), *whole]
     functionals = outcome.functionals

@@ -1,4 +1,4 @@
-"""Other programs on the charts: of the cantilever, those of the benchmarks of a checkout.
+"""Other programs on the charts, whose packages come with the extra ``bench``.
 
 They are run in the same kind of process and measured in the same way as ours.
 """
@@ -13,8 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.accuracy.runs.flex import FlexBody
+from warp_softbody.accuracy.runs.job import FPS, UNTIMED_STEPS, Job
+from warp_softbody.accuracy.runs.outcome import RunOutcome
+from warp_softbody.accuracy.runs.peers import missing_peer
+from warp_softbody.accuracy.runs.peers.beam import Cantilever
 from warp_softbody.accuracy.runs.recording import Recording
-from warp_softbody.accuracy.runs.running import FPS, UNTIMED_STEPS, Job, Outcome
 from warp_softbody.errors import MissingExtraError
 from warp_softbody.world.scene import Scene
 
@@ -28,19 +31,13 @@ def require_peers() -> None:
     """Say early that peers cannot be run.
 
     Raises:
-        MissingExtraError: the benchmarks, or one of the peers, are not there.
+        MissingExtraError: the package of one of the peers is not there.
     """
-    try:
-        problem = importlib.import_module("warp_softbody.accuracy.runs.peers").missing_peer()
-    except ImportError as error:
-        raise MissingExtraError(
-            "--peers needs the folder benchmarks of a checkout on the import path"
-        ) from error
-    if problem:
+    if problem := missing_peer():
         raise MissingExtraError(problem)
 
 
-def run_peer(job: Job) -> Outcome:
+def run_peer(job: Job) -> RunOutcome:
     """Run a point by another program."""
     settings = job.settings
     begun = time.process_time()
@@ -62,7 +59,7 @@ def run_peer(job: Job) -> Outcome:
             spent, timed = spent + taken, timed + 1
         if number % steps == 0:
             recording.add(number * settings.time_step, solver.positions())
-    return Outcome(
+    return RunOutcome(
         status="complete",
         cost=1e3 * spent / max(1, timed) / settings.time_step,
         setup=setup,
@@ -81,10 +78,9 @@ def run_peer(job: Job) -> Outcome:
 def _solver(job: Job, scene: Scene) -> Any:
     if scene.ground is not None:
         return FlexBody(scene, job.settings.time_step)
-    beam = importlib.import_module("benchmarks.beam.cantilever").Cantilever
     character = scene.character
     held, tip = _mask(scene, character.fixed), _mask(scene, character.region("tip"))
-    body = beam(mesh=character.mesh, fixed=held, tip=tip)
+    body = Cantilever(mesh=character.mesh, fixed=held, tip=tip)
     if job.solver == PARDISO:
         module = importlib.import_module("warp_softbody.accuracy.runs.peers.pardiso_step")
         return module.PardisoBeam(body, job.settings.time_step)

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 from warp_softbody.accuracy.cases.track import Probe, Track, material_points
+from warp_softbody.accuracy.runs.job import Job
 from warp_softbody.arrays import FloatArray
 from warp_softbody.world.scene import Scene
-
-if TYPE_CHECKING:
-    from warp_softbody.accuracy.runs.running import Job
 
 
 class Recording:

@@ -2,119 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from functools import cached_property, lru_cache
-from typing import Any
 
-import numpy as np
-import numpy.typing as npt
+from warp_softbody.accuracy.runs.job import FPS, UNTIMED_STEPS, Job
+from warp_softbody.accuracy.runs.outcome import RunOutcome, refused
 
-from warp_softbody import __version__
-from warp_softbody.accuracy.cases.settings import Settings
-
-Path3 = npt.NDArray[np.float32]
-
-FPS = 30.0
 REPEATS, ENOUGH = 3, 2.0
 """Runs of a point, while they have taken less CPU time than so many s; the least cost counts."""
 
-UNTIMED_STEPS = 2
-"""The first step of either of the two states that are swapped captures its graphs."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class Job:
-    """A point to be run.
-
-    Attributes:
-        scene: its name.
-        given: settings of the scene beside `Settings.cells`.
-        seconds: simulated, s.
-        functionals: names of those to be measured.
-        settings: the knobs.
-        solver: "ours", or the name of a peer.
-    """
-
-    scene: str
-    given: Mapping[str, float] = field(default_factory=dict)
-    seconds: float
-    functionals: tuple[str, ...]
-    settings: Settings
-    solver: str = "ours"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {**asdict(self), "given": dict(self.given), "functionals": list(self.functionals)}
-
-    @cached_property
-    def key(self) -> str:
-        """The same for the same scene, settings and version of the program."""
-        scene = fingerprint(self.scene, tuple(sorted(self.given.items())), self.settings.cells)
-        values = {**self.to_dict(), "fingerprint": scene, "version": __version__}
-        text = json.dumps(values, sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
-    """What a run came to.
-
-    Attributes:
-        status: "complete", or the sentence that ended it.
-        cost: CPU time of the process, ms per simulated second, set-up and first steps apart; the
-            least of up to REPEATS runs.
-        setup: CPU time before, s.
-        memory: of the arrays that the run holds, MB.
-        tets, nodes: sizes.
-        iterations, passes, qps: means a step.
-        unconverged: share of the steps that did not settle.
-        functionals: values by name.
-        path: (f, k, 3) m, places of the scene's material points by frame.
-    """
-
-    status: str
-    cost: float
-    setup: float
-    memory: float
-    tets: int
-    nodes: int
-    iterations: float
-    passes: float
-    qps: float
-    unconverged: float
-    functionals: Mapping[str, float]
-    path: Path3
-
-    @property
-    def complete(self) -> bool:
-        """Whether it came to its end."""
-        return self.status == "complete"
-
-
-@lru_cache
-def fingerprint(scene: str, given: tuple[tuple[str, float], ...], cells: int | None) -> str:
-    """Of the bodies, of what acts on them and of the controller's numbers, before refinement."""
-    plan = Settings(time_step=1.0, cells=cells).plan(scene, dict(given))
-    found = hashlib.sha256(repr((plan.settings, plan.scene.pushes, plan.scene.gravity)).encode())
-    if plan.controller is not None:
-        numbers = [repr(value) for value in vars(plan.controller).values()]
-        # objects without a text of their own are told by an address, which changes
-        found.update("".join(text for text in numbers if " at 0x" not in text).encode())
-    for body in plan.scene.characters:
-        found.update(body.mesh.points.tobytes() + body.mesh.tets.tobytes())
-        found.update(repr((body.material, body.directional_friction)).encode())
-        for group in body.muscles:
-            found.update(repr((group.name, group.strength, group.kernel_width)).encode())
-        for fiber in body.fibers:
-            found.update(repr((fiber.name, fiber.kind)).encode() + fiber.vertices.tobytes())
-    return found.hexdigest()
-
-
-def run_job(job: Job) -> Outcome:
+def run_job(job: Job) -> RunOutcome:
     """Run a point here; a combination that the engine refuses is an outcome too."""
     from warp_softbody.accuracy.runs.inner_knobs import inner_knobs
     from warp_softbody.errors import InputError
@@ -131,16 +28,7 @@ def run_job(job: Job) -> Outcome:
         return refused(str(error))
 
 
-def refused(sentence: str) -> Outcome:
-    """Of a run that never began."""
-    counts = dict.fromkeys(("cost", "setup", "memory", "iterations", "passes", "qps"), 0.0)
-    path = np.zeros((0, 0, 3), dtype=np.float32)
-    return Outcome(
-        status=sentence, tets=0, nodes=0, unconverged=0.0, functionals={}, path=path, **counts
-    )
-
-
-def _repeated(job: Job) -> Outcome:
+def _repeated(job: Job) -> RunOutcome:
     """The cheapest of some runs, which differ in nothing else: other work only adds to a cost."""
     best = _run(job)
     spent = best.cost
@@ -153,7 +41,7 @@ def _repeated(job: Job) -> Outcome:
     return best
 
 
-def _run(job: Job) -> Outcome:
+def _run(job: Job) -> RunOutcome:
     from warp_softbody.accuracy.runs.footprint import array_bytes
     from warp_softbody.accuracy.runs.recording import Recording
     from warp_softbody.errors import InputError, NotFiniteError
@@ -192,7 +80,7 @@ def _run(job: Job) -> Outcome:
         status = str(error)
     summary = simulation.summary()
     count = max(1, round(summary.simulated_seconds / summary.time_step))
-    return Outcome(
+    return RunOutcome(
         status=status,
         cost=1e3 * spent / max(1, timed) / summary.time_step,
         setup=setup,

@@ -6,8 +6,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 
+from warp_softbody.accuracy.runs.job import Job
 from warp_softbody.accuracy.runs.journal import Journal
-from warp_softbody.accuracy.runs.running import Job, Outcome, run_job
+from warp_softbody.accuracy.runs.outcome import RunOutcome
+from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.errors import SoftBodyError
 
 Progress = Callable[[int, int], None]
@@ -18,7 +20,7 @@ def sweep(
     journal: Journal,
     executor: Executor,
     progress: Progress = lambda done, all_of_them: None,
-) -> dict[str, Outcome]:
+) -> dict[str, RunOutcome]:
     """Outcomes of all jobs by key; ``progress`` is told how many are done, of how many."""
     missing = {job.key: job for job in jobs if job.key not in journal.outcomes}
     total = len({job.key for job in jobs})

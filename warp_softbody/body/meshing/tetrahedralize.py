@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_softbody.body.mesh import TetMesh
-from warp_softbody.body.mesh_checks import clean_arrays
+from warp_softbody.body.mesh_checks import CleanArrays, clean_arrays
 from warp_softbody.body.meshing import ftetwild_mesher, tetgen_mesher
 from warp_softbody.body.meshing.check import check_against_surface
 from warp_softbody.body.meshing.ftetwild_mesher import TETS_PER_CUBE
@@ -32,8 +31,8 @@ def tetrahedralize(
     *,
     mesher: str = "ftetwild",
     size: float | None = None,
-) -> TetMesh:
-    """Fill a closed surface with tets.
+) -> CleanArrays:
+    """Fill a closed surface with tets; `TetMesh.from_surface` makes a mesh of them.
 
     Args:
         surface: a file, a trimesh surface, or what `load_surface` made of one.
@@ -68,9 +67,8 @@ def tetrahedralize(
         points, tets = ftetwild_mesher.mesh_with_ftetwild(closed, target)
         envelope = ftetwild_mesher.ENVELOPE
     clean = clean_arrays(points, tets, source=closed.source, allow_parts=True)
-    mesh = TetMesh(clean.points, clean.tets)
-    check_against_surface(mesh, closed, mesher=mesher, envelope=envelope)
-    return mesh
+    check_against_surface(clean.points, clean.tets, closed, mesher=mesher, envelope=envelope)
+    return clean
 
 
 def _target(surface: Surface, size: float | None) -> float:

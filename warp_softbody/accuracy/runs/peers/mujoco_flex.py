@@ -13,8 +13,7 @@ import re
 
 import numpy as np
 
-from benchmarks.beam.cantilever import GRAVITY, MATERIAL, Cantilever
-from benchmarks.beam.solver import StepReport
+from warp_softbody.accuracy.runs.peers.beam import GRAVITY, MATERIAL, Cantilever, StepReport
 from warp_softbody.arrays import FloatArray
 
 REACHED = re.compile(r"relative residual of ([0-9.]+(?:e[+-]?[0-9]+)?)")

@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.beam.cantilever import Cantilever
-from benchmarks.beam.corotation import CorotationalSystem
-from benchmarks.beam.solver import StepReport
+from warp_softbody.accuracy.runs.peers.beam import Cantilever, StepReport
+from warp_softbody.accuracy.runs.peers.corotation import CorotationalSystem
 from warp_softbody.arrays import FloatArray
 
 SYMMETRIC_POSITIVE_DEFINITE = 2

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from benchmarks.beam.cantilever import GRAVITY, MATERIAL, Cantilever
-from warp_softbody import Material, TetMesh
+from warp_softbody.accuracy.runs.peers.beam import GRAVITY, MATERIAL, Cantilever
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 
 
 class CorotationalSystem:
