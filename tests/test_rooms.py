@@ -86,7 +86,7 @@ KNOWN_TWICE = {
     *("Case", "FlexBody", "Goal", "Journal", "Motion", "Outcome", "Preconditioner", "Probe"),
     *("Result", "Sample", "Setting", "Trial"),
     *("Verdict",),
-    *("Elimination", "Phase", "Shapes"),
+    *("Elimination", "Shapes"),
 }
 
 FILES = module_files()

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, region_mean
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
@@ -75,7 +76,7 @@ class Balance:
         gains: BalanceGains | None = None,
         *,
         base: str = "base",
-        patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
+        patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
         """Balance on a base region, thinking of the ground through patch regions of it."""
         self._gains = checks.optional("gains of Balance", gains, BalanceGains)
@@ -87,7 +88,7 @@ class Balance:
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         g, view = self._gains, seen(view)
-        target = view.positions[view.scene.character.region(self._base)].mean(axis=0)
+        target = region_mean(view, view.positions, self._base)
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])
         offset = self._capture_offset(view, target)

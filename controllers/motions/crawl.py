@@ -10,7 +10,8 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
-from warp_softbody.controllers.motions.jump import smooth_step
+from warp_softbody.controllers.motions.body_measures import mean_weights, region_mean
+from warp_softbody.controllers.motions.trajectories import smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.inputs import checks, input_kinds
@@ -111,7 +112,7 @@ class Crawl:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
         if not self._home:
-            self._home = {name: _mean(view, view.positions, name) for name in (*TAIL, *HEAD)}
+            self._home = {name: region_mean(view, view.positions, name) for name in (*TAIL, *HEAD)}
             self._stop(view, (*TAIL, *HEAD))
             self._length = self._end(HEAD) - self._end(TAIL)
         if view.time - self._since >= self._lasts - 1e-9:
@@ -143,8 +144,8 @@ class Crawl:
     def _stop(self, view: BodyView, names: tuple[str, ...]) -> None:
         """Hold corners where they come to rest if their speed decays from now on."""
         for name in names:
-            glide = _mean(view, view.velocities, name) / self._gains.follow
-            self._goals[name] = float((_mean(view, view.positions, name) + glide)[0])
+            glide = region_mean(view, view.velocities, name) / self._gains.follow
+            self._goals[name] = float((region_mean(view, view.positions, name) + glide)[0])
 
     def _end(self, names: tuple[str, ...]) -> float:
         """Where an end is to be along x, m."""
@@ -171,7 +172,7 @@ class Crawl:
 
     def _corner(self, view: BodyView, name: str, speed: float) -> Objective:
         g = self._gains
-        weights = _weights(view, (name,))
+        weights = mean_weights(view, (name,))
         goal = np.array([self._goals[name], *self._home[name][1:]])
         way = np.array([speed, 0.0, 0.0]) + g.follow * (goal - weights @ view.positions)
         cost = np.array([g.corner_weight, g.corner_weight, g.ground_weight])
@@ -180,7 +181,7 @@ class Crawl:
     def _middle(self, view: BodyView, share: float, rate: float) -> Objective:
         """Up while the ends come together, down while they part."""
         g = self._gains
-        weights = _weights(view, MIDDLE)
+        weights = mean_weights(view, MIDDLE)
         height, climb = {
             CrawlPhase.REST: (0.0, 0.0),
             CrawlPhase.PULL: (g.arch * share, g.arch * rate),
@@ -193,16 +194,3 @@ class Crawl:
             target=np.array([climb + g.follow * miss]),
             weight=np.array([g.middle_weight * USUAL_STEP / view.time_step]),
         )
-
-
-def _mean(view: BodyView, values: FloatArray, region: str) -> FloatArray:
-    return np.asarray(values[view.scene.character.region(region)].mean(axis=0))
-
-
-def _weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
-    """Nodal weights (n,) of the mean of some regions."""
-    weights = np.zeros(view.node_count)
-    for name in regions:
-        weights[view.scene.character.region(name)] = 1.0
-    weights /= weights.sum()
-    return weights

@@ -10,6 +10,8 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.body_measures import BASE_PATCHES
+from warp_softbody.controllers.motions.trajectories import smooth_step
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
@@ -41,7 +43,7 @@ class Sway:
         sine, cosine = math.sin(rate * time), math.cos(rate * time)
         wave = self.amplitude * np.array([sine, rate * cosine, -(rate**2) * sine])
         end = self.period * self.periods
-        size = smooth_step(time / self.ease) - smooth_step((time - end) / self.ease)
+        size = np.subtract(smooth_step(time / self.ease), smooth_step((time - end) / self.ease))
         size *= np.array([1.0, 1.0 / self.ease, 1.0 / self.ease**2])
         return np.array(
             [
@@ -50,18 +52,6 @@ class Sway:
                 size[0] * wave[2] + 2.0 * size[1] * wave[1] + size[2] * wave[0],
             ]
         )
-
-
-def smooth_step(place: float) -> FloatArray:
-    """From 0 to 1 over the unit interval, with its first two derivatives, all continuous."""
-    s = min(max(place, 0.0), 1.0)
-    return np.array(
-        [
-            s**3 * (10.0 - 15.0 * s + 6.0 * s**2),
-            30.0 * s**2 * (1.0 - s) ** 2,
-            60.0 * s * (1.0 - s) * (1.0 - 2.0 * s),
-        ]
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +92,7 @@ class Exercise:
         *,
         path: Sway | None = None,
         start: float = 0.5,
-        patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
+        patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
         """Follow the path from ``start`` seconds on, thinking of the ground through patches."""
         self._gains = checks.optional("gains of Exercise", gains, ExerciseGains)

@@ -11,6 +11,8 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.balance import Balance, BalanceGains
+from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
+from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
@@ -18,10 +20,8 @@ from warp_softbody.world.view import BodyView
 
 Vector = tuple[float, float, float]
 
-BASE_PATCHES = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3")
 
-
-class Phase(Enum):
+class JumpPhase(Enum):
     """What a jumper is doing."""
 
     STAND = "stand"
@@ -123,7 +123,7 @@ class Jump:
         self._base = input_kinds.name("base of Jump", base)
         self._patches = input_kinds.names("patches of Jump", patches)
         self._balance = Balance(self._gains.landing, base=base, patches=patches)
-        self.phase = Phase.STAND
+        self.phase = JumpPhase.STAND
         self._since = 0.0
         self._wait = checks.number("start of Jump", start, low=0.0, unit="s")
         self._done = 0
@@ -132,49 +132,48 @@ class Jump:
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
-        base = view.positions[view.scene.character.region(self._base)].mean(axis=0)
+        base = region_mean(view, view.positions, self._base)
         if self._height is None:
             self._height = float(view.center_of_mass[2] - base[2])
         self._advance(view)
-        if self.phase is Phase.CROUCH:
+        if self.phase is JumpPhase.CROUCH:
             return self._wanted(view, self._crouch(view, base), grounded=True)
-        if self.phase is Phase.PUSH:
+        if self.phase is JumpPhase.PUSH:
             return self._wanted(view, self._push(view), grounded=True)
-        if self.phase is Phase.FLY:
+        if self.phase is JumpPhase.FLY:
             return self._wanted(view, self._fly(view), grounded=False)
         goals = self._balance.goals(view)
         return replace(goals, activation=self._eased(view.time, goals.activation))
 
     def _eased(self, time: float, usual: ActivationCost) -> ActivationCost:
         g, elapsed = self._gains, time - self._since
-        if self.phase is not Phase.LAND or elapsed >= g.ease_time:
+        if self.phase is not JumpPhase.LAND or elapsed >= g.ease_time:
             return usual
-        left = 1.0 - elapsed / g.ease_time
-        return replace(usual, change=usual.change * (1.0 + g.ease * left**2))
+        return eased_change(usual, g.ease, elapsed / g.ease_time)
 
     def _advance(self, view: BodyView) -> None:
         g, elapsed = self._gains, view.time - self._since
         airborne = not view.touching.any()
-        if self.phase in (Phase.STAND, Phase.LAND):
+        if self.phase in (JumpPhase.STAND, JumpPhase.LAND):
             if elapsed >= self._wait and self._done < self._jumps:
-                self._enter(Phase.CROUCH, view)
-        elif self.phase is Phase.CROUCH:
+                self._enter(JumpPhase.CROUCH, view)
+        elif self.phase is JumpPhase.CROUCH:
             if elapsed >= g.crouch_time:
-                self._enter(Phase.PUSH, view)
-        elif self.phase is Phase.PUSH:
+                self._enter(JumpPhase.PUSH, view)
+        elif self.phase is JumpPhase.PUSH:
             if airborne:
-                self._enter(Phase.FLY, view)
+                self._enter(JumpPhase.FLY, view)
             elif elapsed >= g.push_time:
                 self._land(view)
         elif not airborne and view.linear_momentum[2] < 0.0:
             self._land(view)
 
-    def _enter(self, phase: Phase, view: BodyView) -> None:
+    def _enter(self, phase: JumpPhase, view: BodyView) -> None:
         self.phase = phase
         self._since = view.time
 
     def _land(self, view: BodyView) -> None:
-        self._enter(Phase.LAND, view)
+        self._enter(JumpPhase.LAND, view)
         self._wait = self._gains.rest_time
         self._done += 1
 
@@ -218,18 +217,9 @@ class Jump:
 
     def _fly(self, view: BodyView) -> tuple[Objective, ...]:
         g = self._gains
-        nodes = view.scene.character.region(self._base)
-        weights = -view.masses / view.mass
-        weights[nodes] += 1.0 / len(nodes)
+        weights = mean_weights(view, (self._base,)) - view.masses / view.mass
         way = g.reach_rate * (np.array(g.reach) - weights @ view.positions)
         return (objectives.velocity(view, weights, way, g.reach_weight),)
-
-
-def smooth_step(share: float) -> tuple[float, float, float]:
-    """A way from 0 to 1 that begins and ends at rest, without acceleration; its two derivatives."""
-    t = min(max(share, 0.0), 1.0)
-    step = t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
-    return step, 30.0 * t**2 * (1.0 - t) ** 2, 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t)
 
 
 def _inertias(view: BodyView) -> FloatArray:

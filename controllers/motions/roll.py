@@ -10,6 +10,7 @@ import numpy.typing as npt
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.body_measures import angle_turned
 from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.inputs import checks, input_kinds
@@ -146,7 +147,7 @@ class Roll:
 
     def _advance(self, view: BodyView) -> None:
         """Let go where the body has turned enough, take the next leg where it is still."""
-        turned = np.angle(np.exp(1j * (_angle(view) - self._angle)))
+        turned = np.angle(np.exp(1j * (angle_turned(view, 2, 0) - self._angle)))
         self._angle += float(turned)
         if abs(view.linear_momentum[0]) > STILL * view.mass:
             self._moved = view.time
@@ -215,11 +216,3 @@ class Roll:
             view, count=self._count, region=self._rim, parts=self._parts, last=self._last
         )
         return self._last
-
-
-def _angle(view: BodyView) -> float:
-    """Angle in rad, clockwise about y as x and z are drawn, from the rest shape to the present."""
-    rest = view.scene.character.mesh.points
-    arms = (rest - view.masses @ rest / view.mass) * view.masses[:, None]
-    moments = arms.T @ (view.positions - view.center_of_mass)
-    return float(np.arctan2(moments[2, 0] - moments[0, 2], moments[0, 0] + moments[2, 2]))

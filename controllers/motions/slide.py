@@ -9,6 +9,7 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, angle_turned, region_mean
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
@@ -58,7 +59,7 @@ class Slide:
         start: float = 0.0,
         base: str = "base",
         head: str = "head",
-        patches: tuple[str, ...] = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3"),
+        patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
         """Slack until ``start`` seconds; tilt is measured from ``base`` to ``head``."""
         self._gains = checks.optional("gains of Slide", gains, SlideGains)
@@ -96,7 +97,7 @@ class Slide:
 
     def _tilt(self, view: BodyView) -> FloatArray:
         """Sines of the angles about x and y by which head over base has turned, and heading."""
-        heading = _heading(view)
+        heading = angle_turned(view, 0, 1)
         cosine, sine = np.cos(heading), np.sin(heading)
         turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         rest = turn @ self._upward(view, view.scene.character.mesh.points)
@@ -105,8 +106,7 @@ class Slide:
         return tilt
 
     def _upward(self, view: BodyView, points: FloatArray) -> FloatArray:
-        head, base = (view.scene.character.region(name) for name in (self._head, self._base))
-        way = points[head].mean(axis=0) - points[base].mean(axis=0)
+        way = region_mean(view, points, self._head) - region_mean(view, points, self._base)
         return np.asarray(way / np.linalg.norm(way))
 
     def _rest_height(self, view: BodyView) -> float:
@@ -114,14 +114,6 @@ class Slide:
         rest = view.scene.character.mesh.points[:, 2]
         base = view.scene.character.region(self._base)
         return float(view.masses @ rest / view.mass - rest[base].mean())
-
-
-def _heading(view: BodyView) -> float:
-    """Angle (rad) about z by which the body has turned since rest, seen from above."""
-    rest = view.scene.character.mesh.points
-    rest = rest - view.masses @ rest / view.mass
-    moments = (rest * view.masses[:, None]).T @ (view.positions - view.center_of_mass)
-    return float(np.arctan2(moments[0, 1] - moments[1, 0], moments[0, 0] + moments[1, 1]))
 
 
 def _inertia(view: BodyView) -> FloatArray:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.body_measures import mean_weights
+from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
@@ -163,7 +165,7 @@ class Walk:
         g = self._gains
         way, speed = self._way(phase, share)
         before, after = self._away(home, phase), self._away(home, phase + 1)
-        step, rate = _smooth(share)
+        step, rate, _ = smooth_step(share)
         seconds = g.swing if phase >= 0 else self._start
         goal = self._origin + np.array([way, 0.0, 0.0]) + before + step * (after - before)
         moving = np.array([speed, 0.0, 0.0]) + rate / seconds * (after - before)
@@ -198,9 +200,9 @@ class Walk:
         begin, end = self._left[foot], self._origin + home[foot]
         # It will stand while the body goes this way, so it is set down half of that ahead.
         end[0] += self._way(phase + 1, 0.0)[0] + 0.5 * g.stride * (count - 1) / count
-        step, rate = _smooth(share)
+        step, rate, _ = smooth_step(share)
         place, speed = begin + step * (end - begin), rate * (end - begin)
-        up, climb = _smooth(min(2.0 * share, 2.0 - 2.0 * share))
+        up, climb, _ = smooth_step(min(2.0 * share, 2.0 - 2.0 * share))
         place[2] += g.lift * up
         speed[2] += g.lift * climb * (2.0 if share < 0.5 else -2.0)
         return place, speed / g.swing
@@ -220,8 +222,7 @@ class Walk:
         g = self._gains
         if phase < 0 or share >= g.ease_time:
             return g.activation
-        left = 1.0 - share / g.ease_time
-        return replace(g.activation, change=g.activation.change * (1.0 + g.ease * left**2))
+        return eased_change(g.activation, g.ease, share / g.ease_time)
 
 
 class _FeetNow:
@@ -234,9 +235,7 @@ class _FeetNow:
 
     def __init__(self, view: BodyView, names: tuple[str, ...]) -> None:
         regions = [view.scene.character.region(name) for name in names]
-        self.weights = np.zeros((len(names), view.node_count))
-        for row, nodes in zip(self.weights, regions, strict=True):
-            row[nodes] = 1.0 / len(nodes)
+        self.weights = np.array([mean_weights(view, (name,)) for name in names])
         self.lowest = self.weights @ view.positions
         self.lowest[:, 2] = [view.positions[nodes, 2].min() for nodes in regions]
 
@@ -252,9 +251,3 @@ def _checked_gait(gait: object, feet: int) -> Gait:
         tuple(checks.whole("a foot in the gait of Walk", foot, high=feet - 1) for foot in swing)
         for swing in swings
     )
-
-
-def _smooth(share: float) -> tuple[float, float]:
-    """A way from 0 to 1 that begins and ends without speed and acceleration, and its speed."""
-    step = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-    return step, 30.0 * share**2 * (1.0 - share) ** 2

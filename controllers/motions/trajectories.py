@@ -1,0 +1,30 @@
+"""Time courses that the motions share: a smooth step, and a cost that decays to its usual value.
+
+A share of an interval of time runs from 0 at its start to 1 at its end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from warp_softbody.controllers.controller import ActivationCost
+
+
+def smooth_step(share: float) -> tuple[float, float, float]:
+    """The quintic minimum-jerk step from 0 to 1 and its first two derivatives by the share.
+
+    Velocity and acceleration vanish at both ends; beyond them the step stays at 0 and at 1 (Flash
+    and Hogan, The coordination of arm movements, 1985).
+    """
+    t = min(max(share, 0.0), 1.0)
+    step = t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
+    return step, 30.0 * t**2 * (1.0 - t) ** 2, 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t)
+
+
+def eased_change(usual: ActivationCost, ease: float, share: float) -> ActivationCost:
+    """The usual cost, with a change ``1 + ease (1 - share)^2`` times as expensive until share 1.
+
+    After a contact was lost or won the other ones so take over the load in several steps.
+    """
+    left = max(0.0, 1.0 - share)
+    return replace(usual, change=usual.change * (1.0 + ease * left**2))
