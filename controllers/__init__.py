@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from warp_softbody.controllers.control_options import ControlOptions
     from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
     from warp_softbody.controllers.motions.balance import Balance, BalanceGains
     from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains, CrawlPhase
@@ -47,6 +48,7 @@ _HOMES = {
     "COLD_OPTIONS": "qpcc",
     "ContactMultipliers": "qpcc",
     "ContactQPCC": "qpcc",
+    "ControlOptions": "control_options",
     "Controller": "controller",
     "Crawl": "motions.crawl",
     "CrawlGains": "motions.crawl",
@@ -97,6 +99,7 @@ __all__ = [
     "BalanceGains",
     "ContactMultipliers",
     "ContactQPCC",
+    "ControlOptions",
     "Controller",
     "Crawl",
     "CrawlGains",

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.directional_friction import DIRECTIONS
+from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.controllers.perturbation_schedule import KickRule
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
-from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
-from warp_softbody.controllers.qpcc.result import (
-    WARM_OPTIONS,
-    QPCCResult,
-    QPCCStatus,
-    SolverOptions,
-)
+from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
+from warp_softbody.controllers.qpcc.result import QPCCResult, QPCCStatus
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem
 from warp_softbody.errors import InputError
@@ -27,16 +23,8 @@ from warp_softbody.inputs import checks
 from warp_softbody.world.frame import ContactSample
 from warp_softbody.world.view import BodyView
 
-Method = Literal["qpcc", "static"]
-
 SHORTEST = 0.5
 """Smallest activation l_d / l_0 (docs/method.md section 2)."""
-
-STEP_OPTIONS = replace(WARM_OPTIONS, max_qps=16, kicks=2)
-"""What one step in real time may spend."""
-
-CALM_OPTIONS = SolverOptions(max_qps=16, kicks=0)
-"""What a step may spend while the last one left nothing worth looking for."""
 
 UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
 """Endings that leave the activations as they were for a step."""
@@ -48,6 +36,7 @@ class Decision:
 
     Attributes:
         rest_lengths: l_d, (s,) m.
+        problem: the QPCC that was solved.
         result: of the QPCC.
         converged: whether the bridge's solve reached its tolerance and the QPCC's point is usable;
             where it is not, the activations stay as they were.
@@ -57,6 +46,7 @@ class Decision:
     """
 
     rest_lengths: FloatArray
+    problem: ContactQPCC
     result: QPCCResult
     converged: bool
     kicked: bool
@@ -70,9 +60,19 @@ def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
 
 
 def build_qpcc(
-    goals: Goals, problem: ControlProblem, activations: FloatArray, time_step: float
+    goals: Goals,
+    problem: ControlProblem,
+    activations: FloatArray,
+    time_step: float,
+    *,
+    cone: int = DIRECTIONS,
 ) -> ContactQPCC:
-    """The step's QPCC over activations and patch impulses; J = [objectives; patches]."""
+    """The step's QPCC over activations and patch impulses; J = [objectives; patches].
+
+    ``cone`` is the number of directions of the friction cones, of which `DIRECTIONS` is a multiple;
+    patches know their friction along `DIRECTIONS` of them.
+    """
+    stride = DIRECTIONS // cone
     wanted = sum(len(objective.rows) for objective in goals.objectives)
     scale = problem.rest_lengths
     by_activation = problem.muscle_map * scale
@@ -107,7 +107,8 @@ def build_qpcc(
         velocity_from_controls=by_activation[wanted:],
         velocity_from_forces=problem.compliance[wanted:, wanted:],
         friction=np.array([0.0 if patch.slips else patch.friction for patch in goals.patches]),
-        factors=np.array([patch.factors for patch in goals.patches]),
+        factors=np.array([patch.factors[::stride] for patch in goals.patches]),
+        directions=uniform_directions(cone),
         squares=squares,
     )
 
@@ -121,14 +122,18 @@ def _activation_weights(cost: ActivationCost, count: int, time_step: float) -> t
 class Driver:
     """Asks a controller for goals each step and finds the activations that serve them best."""
 
-    def __init__(self, controller: Controller, bridge: Bridge, method: Method = "qpcc") -> None:
-        """Drive a controller by the QPCC or by the static-contact baseline."""
+    def __init__(
+        self, controller: Controller, bridge: Bridge, options: ControlOptions | None = None
+    ) -> None:
+        """Drive a controller by the QPCC or by the static-contact baseline, as the options say."""
+        options = checks.optional("options of a Driver", options, ControlOptions)
         self._controller = controller
         self._bridge = bridge
-        self._method = method
+        self._method = options.method
+        self._cone = options.planned_cone
         self._modes: tuple[int, ...] | None = None
         self._parts: tuple[int | None, ...] = ()
-        self._rule = KickRule()
+        self._rule = KickRule(options)
 
     def decide(self, view: BodyView) -> Decision | None:
         """Rest lengths of the step from ``view`` on; None leaves the muscles slack."""
@@ -154,7 +159,7 @@ class Driver:
         problem = self._bridge.solve(_rows_of(goals, view), free=free)
         _check_maps(goals, problem)
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
-        qpcc = build_qpcc(goals, problem, activations, view.time_step)
+        qpcc = build_qpcc(goals, problem, activations, view.time_step, cone=self._cone)
         start = self._start(goals.patches)
         result = self._solve(qpcc, activations, goals.patches, start)
         usable = result.status not in UNUSABLE
@@ -164,6 +169,7 @@ class Driver:
         chosen = result.controls if usable else activations
         return Decision(
             rest_lengths=chosen * problem.rest_lengths,
+            problem=qpcc,
             result=result,
             converged=problem.converged and usable,
             kicked=self._method == "qpcc" and not left_out,
@@ -180,14 +186,14 @@ class Driver:
         holds = np.array([patch.touching for patch in patches], dtype=bool)
         if self._method == "static":
             return solve_static(
-                qpcc, touching=holds, fallback_controls=activations, options=STEP_OPTIONS
+                qpcc, touching=holds, fallback_controls=activations, options=self._rule.kicked
             )
         return solve_qpcc(
             qpcc,
             start=start,
             fallback_controls=activations,
             touching=holds,
-            options=self._rule.options(STEP_OPTIONS, CALM_OPTIONS),
+            options=self._rule.options(),
         )
 
     def _start(self, patches: tuple[Patch, ...]) -> tuple[int, ...] | None:

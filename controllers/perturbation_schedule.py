@@ -4,38 +4,46 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.qpcc.result import QPCCResult, SolverOptions
-
-CALM = 0.01
-"""Objective below which a step counts as calm; in the units of the shipped controllers, momentum
-rows over m g dt, it stands for a missing force of a tenth of the weight."""
-
-HELD = 8
-"""Steps of the same modes that follow one whose kicks found nothing, and go without."""
 
 
 class KickRule:
-    """A calm step leaves nothing worth looking for, and modes that hold found nothing just now."""
+    """A calm step leaves nothing worth looking for, and modes that hold found nothing just now.
 
-    def __init__(self) -> None:
-        """Nothing is known yet."""
+    Attributes:
+        kicked: what a solve with kicks may spend.
+    """
+
+    def __init__(self, options: ControlOptions, kicked: SolverOptions | None = None) -> None:
+        """Nothing is known yet; ``kicked`` is by default what the options say."""
+        self.kicked = kicked or SolverOptions(
+            max_qps=options.max_qps,
+            kicks=options.kicks,
+            patience=options.kick_patience,
+            reach=options.kick_reach,
+        )
+        self._without = replace(self.kicked, kicks=0)
+        self._not_held = replace(self.kicked, kick_held=False)
+        self._calm_objective = options.calm_objective
+        self._pause = options.kick_pause
         self._calm = False
         self._left = 0
 
-    def options(self, kicked: SolverOptions, calm: SolverOptions) -> SolverOptions:
-        """Of the next solve: some of its own where the last one was calm, else ``kicked``."""
+    def options(self) -> SolverOptions:
+        """Of the next solve: without kicks where the last one was calm."""
         if self._calm:
-            return calm
-        return replace(kicked, kick_held=False) if self._left > 0 else kicked
+            return self._without
+        return self._not_held if self._left > 0 else self.kicked
 
     def note(self, start: tuple[int, ...] | None, result: QPCCResult, usable: bool) -> bool:
         """Learn from the solve that was begun at ``start``; whether it went without kicks."""
         was_calm, held = self._calm, start is not None and result.modes == start
-        self._calm = usable and result.objective < CALM
+        self._calm = usable and result.objective < self._calm_objective
         left_out = was_calm or (held and self._left > 0)
         if not (held and usable):
             self._left = 0
         elif not was_calm:
             # modes that hold after kicks: these found nothing
-            self._left = self._left - 1 if self._left > 0 else HELD
+            self._left = self._left - 1 if self._left > 0 else self._pause
         return left_out

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from warp_softbody.body.mesh import TetMesh
     from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
     from warp_softbody.contact_mode import ContactMode
+    from warp_softbody.controllers.control_options import ControlOptions
     from warp_softbody.engine.model import Model, build_model
     from warp_softbody.engine.options import SimulationOptions
     from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem
@@ -42,6 +43,7 @@ _NAMES = {
     "ContactSample": "world.frame",
     "Contacts": "engine.state",
     "Control": "engine.state",
+    "ControlOptions": "controllers.control_options",
     "ControlProblem": "engine.reduced_dynamics",
     "DirectionalFriction": "body.directional_friction",
     "Fiber": "body.muscles",
@@ -73,6 +75,7 @@ __all__ = [
     "ContactSample",
     "Contacts",
     "Control",
+    "ControlOptions",
     "ControlProblem",
     "DirectionalFriction",
     "Fiber",

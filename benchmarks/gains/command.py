@@ -23,7 +23,7 @@ from benchmarks.gains.cases import CASES, Case, Goal
 from benchmarks.gains.measures import Record
 from warp_softbody import scenes
 from warp_softbody.atomic_files import replacing
-from warp_softbody.controllers.control_solver import Method
+from warp_softbody.controllers.control_options import Method
 from warp_softbody.errors import NotFiniteError
 from warp_softbody.run.simulation import Simulation
 

@@ -23,6 +23,7 @@ from warp_softbody.controllers import (
 from warp_softbody.controllers import (
     control_solver as driver,
 )
+from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.perturbation_schedule import KickRule
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.run.simulation import Simulation
@@ -153,12 +154,12 @@ def follow(
     a run leaves them out.
     """
     modes: dict[int, int] = {}
-    rule = KickRule()
+    rule = KickRule(ControlOptions(), options)
     qps, times, values, residual = [], [], [], 0.0
     for i, step in enumerate(sequence):
         start = tuple(modes.get(name, STICK) for name in step.names)
         began = time.process_time()
-        chosen = rule.options(options, PLAIN) if ruled else options
+        chosen = rule.options() if ruled else options
         result = solve_qpcc(step.problem, start=start, options=chosen)
         times.append(time.process_time() - began)
         rule.note(start, result, usable=True)

@@ -103,6 +103,7 @@ def engine(folder: Path) -> Samples:
         "Contacts.none": (wsb.Contacts.none, {"model": model()}),
         "Control": (wsb.Control, vars(control)),
         "Control.slack": (wsb.Control.slack, {"model": model()}),
+        "ControlOptions": (wsb.ControlOptions, {}),
         "DirectionalFriction": (wsb.DirectionalFriction, {"region": "base"}),
         "Fiber": (wsb.Fiber, {"vertices": fiber.vertices, "kind": fiber.kind, "name": "f"}),
         "FiberKind": (wsb.FiberKind, {"value": "radial"}),

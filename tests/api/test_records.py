@@ -26,6 +26,7 @@ RECORDS = [
     wsb.HeightField(heights=np.eye(3)),
     wsb.TriangleGround(vertices=np.eye(3), faces=np.array([[0, 1, 2]])),
     wsb.SimulationOptions(),
+    wsb.ControlOptions(),
     controllers.BalanceGains(),
     samples.problem(),
     controllers.QPCC(Q=np.eye(2), c=np.ones(2)),

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from tests.support.bodies import EXACT, Rig, muscular_bar, rig
+from tests.support.bodies import EXACT, Rig, exact_bridge, muscular_bar, rig
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.control_options import Method
 from warp_softbody.controllers.control_solver import (
     SHORTEST,
     Driver,
-    Method,
     activation_bounds,
     build_qpcc,
 )
@@ -25,7 +25,6 @@ from warp_softbody.controllers.controller import ActivationCost, Goals
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.controllers.qpcc.result import QPCCStatus
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.reduced_dynamics import Bridge
 from warp_softbody.errors import InputError
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.world.ground import Plane
@@ -136,7 +135,7 @@ def test_built_objective_is_the_weighted_squares_plus_the_costs() -> None:
     cost = ActivationCost(effort=0.3, change=2.0)
     goals = Goals(objectives=wanted, patches=ground_patches(view, QUARTERS), activation=cost)
     rows = np.concatenate([o.rows for o in wanted] + [p.rows() for p in goals.patches])
-    problem = Bridge(body.stepper, row_capacity=32).solve(rows)
+    problem = exact_bridge(body, row_capacity=32).solve(rows)
     qpcc = build_qpcc(goals, problem, before, DT)
     for seed in range(5):
         rng = np.random.default_rng(seed)
@@ -170,7 +169,7 @@ def test_built_contacts_have_the_patches_friction() -> None:
     )
     goals = Goals(objectives=(), patches=patches, activation=LOOSE)
     rows = np.concatenate([patch.rows() for patch in patches])
-    problem = Bridge(body.stepper, row_capacity=32).solve(rows)
+    problem = exact_bridge(body, row_capacity=32).solve(rows)
     qpcc = build_qpcc(goals, problem, view.activations, DT)
     np.testing.assert_array_equal(qpcc.factors, [patch.factors for patch in patches])
     np.testing.assert_array_equal(qpcc.friction, [0.3, 0.0])
@@ -181,11 +180,11 @@ def test_decision_in_flight_is_the_bounded_least_squares_answer() -> None:
     body = moving_bar()
     view = view_of(body)
     controller = Shrink((0.0, 0.0, 0.5))
-    decision = Driver(controller, Bridge(body.stepper)).decide(view)
+    decision = Driver(controller, exact_bridge(body)).decide(view)
     assert decision is not None
     goals = controller.goals(view)
     objective = goals.objectives[0]
-    problem = Bridge(body.stepper).solve(objective.rows)
+    problem = exact_bridge(body).solve(objective.rows)
     count = body.model.segment_count
     scale = np.sqrt(objective.weight)
     by_activation = problem.muscle_map * problem.rest_lengths
@@ -209,11 +208,11 @@ def test_predicted_velocity_is_the_step_s() -> None:
     """What the decision promises in flight is what the step then does."""
     body = moving_bar()
     view = view_of(body)
-    decision = Driver(Shrink((0.0, 0.0, 0.5)), Bridge(body.stepper)).decide(view)
+    decision = Driver(Shrink((0.0, 0.0, 0.5)), exact_bridge(body)).decide(view)
     assert decision is not None
     weights = between(view)
     rows = objectives.mean_rows(view, weights)
-    problem = Bridge(body.stepper).solve(rows, free=True)
+    problem = exact_bridge(body).solve(rows, free=True)
     promised = problem.free_velocity + problem.muscle_map @ (
         decision.rest_lengths - problem.lengths
     )
@@ -283,7 +282,7 @@ def test_controller_that_wants_nothing_leaves_the_muscles_slack() -> None:
 
 def test_decision_s_status_is_known() -> None:
     body = moving_bar(ground=Plane())
-    driver = Driver(Shrink((0.0, 0.0, 0.5), QUARTERS), Bridge(body.stepper, row_capacity=16))
+    driver = Driver(Shrink((0.0, 0.0, 0.5), QUARTERS), exact_bridge(body, row_capacity=16))
     decision = driver.decide(view_of(body))
     assert decision is not None
     assert decision.result.status in {QPCCStatus.STRONGLY_STATIONARY, QPCCStatus.NO_IMPROVING_FLIP}

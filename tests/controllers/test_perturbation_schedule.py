@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tests.support.contact_problems import soft_body
-from warp_softbody.controllers import QPCCResult, SolverOptions, solve_qpcc
-from warp_softbody.controllers.perturbation_schedule import CALM, HELD, KickRule
+from warp_softbody.controllers import ControlOptions, QPCCResult, SolverOptions, solve_qpcc
+from warp_softbody.controllers.perturbation_schedule import KickRule
 
-KICKED = SolverOptions(kicks=2)
-QUIET = SolverOptions(kicks=0)
+CALM, HELD = 0.03, 5
+OPTIONS = ControlOptions(kicks=2, calm_objective=CALM, kick_pause=HELD)
+KICKED = SolverOptions(max_qps=16, kicks=2, patience=1, reach=1.0)
+QUIET = replace(KICKED, kicks=0)
 MODES = (1, 1)
 
 
@@ -19,31 +21,31 @@ def result(objective: float, modes: tuple[int, ...] = MODES) -> QPCCResult:
 
 
 def test_modes_that_hold_after_kicks_go_without_for_a_while() -> None:
-    rule, restless = KickRule(), result(2.0 * CALM)
-    assert rule.options(KICKED, QUIET) == KICKED
+    rule, restless = KickRule(OPTIONS), result(2.0 * CALM)
+    assert rule.options() == KICKED
     left_out = [rule.note(MODES, restless, usable=True) for _ in range(2 * HELD + 3)]
     assert left_out == [i % (HELD + 1) != 0 for i in range(2 * HELD + 3)]
-    assert rule.options(KICKED, QUIET) == replace(KICKED, kick_held=False)
+    assert rule.options() == replace(KICKED, kick_held=False)
 
 
 def test_new_modes_bring_kicks_back() -> None:
-    rule = KickRule()
+    rule = KickRule(OPTIONS)
     rule.note(MODES, result(2.0 * CALM), usable=True)
     assert not rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)
-    assert rule.options(KICKED, QUIET) == KICKED
+    assert rule.options() == KICKED
     rule.note(MODES, result(2.0 * CALM), usable=True)
     assert not rule.note(None, result(2.0 * CALM), usable=True)
-    assert rule.options(KICKED, QUIET) == KICKED
+    assert rule.options() == KICKED
 
 
 def test_a_calm_step_is_followed_by_one_without_kicks() -> None:
-    rule = KickRule()
+    rule = KickRule(OPTIONS)
     rule.note(MODES, result(0.5 * CALM, (1, 0)), usable=True)
-    assert rule.options(KICKED, QUIET) == QUIET
+    assert rule.options() == QUIET
     assert rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)
-    assert rule.options(KICKED, QUIET) == KICKED
+    assert rule.options() == KICKED
     rule.note(MODES, result(0.5 * CALM), usable=False)
-    assert rule.options(KICKED, QUIET) == KICKED
+    assert rule.options() == KICKED
 
 
 def test_without_kicks_at_held_modes_others_are_kicked_all_the_same() -> None:

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.support.bodies import EXACT, Rig, crumpled, muscular_bar, rig
+from tests.support.bodies import EXACT, Rig, crumpled, exact_bridge, muscular_bar, rig
 from tests.verification import reference
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
-from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Precision
 from warp_softbody.engine.reduced_dynamics import Bridge
 from warp_softbody.errors import InputError
@@ -61,7 +60,7 @@ def test_responses_equal_a_dense_solve(fixed: Any, count: int) -> None:
     """Momenta included, which the bridge answers in closed form where no node is fixed."""
     body, matrix = stretched(fixed)
     rows = some_rows(body, count)
-    problem = Bridge(body.stepper, row_capacity=count).solve(rows)
+    problem = exact_bridge(body, row_capacity=count).solve(rows)
     right = rows.T.copy()
     right[(3 * np.asarray(fixed, dtype=int)[:, None] + np.arange(3)).ravel()] = 0.0
     expected = np.linalg.solve(matrix, right).T
@@ -80,7 +79,7 @@ def test_momenta_are_answered_in_closed_form() -> None:
     rows = np.zeros((3, body.model.node_count, 3))
     for axis in range(3):
         rows[axis, :, axis] = 2.5 * body.masses
-    problem = Bridge(body.stepper).solve(rows.reshape(3, -1))
+    problem = exact_bridge(body).solve(rows.reshape(3, -1))
     assert problem.iterations == 0
     expected = np.tile(2.5 * np.eye(3), body.model.node_count) / (1.0 + DT * 0.5)
     np.testing.assert_allclose(problem.responses, expected, rtol=1e-12, atol=1e-14)
@@ -98,7 +97,7 @@ def velocities_after(body: Rig, rest_lengths: FloatArray) -> FloatArray:
 def test_free_velocity_is_the_slack_step_s(fixed: Any) -> None:
     body, _ = stretched(fixed)
     rows = some_rows(body, 20)
-    problem = Bridge(body.stepper, row_capacity=20).solve(rows, free=True)
+    problem = exact_bridge(body, row_capacity=20).solve(rows, free=True)
     expected = rows @ velocities_after(body, 1e6 * problem.rest_lengths)
     scale = np.abs(rows) @ np.abs(body.velocities).ravel()
     np.testing.assert_allclose(problem.free_velocity / scale, expected / scale, atol=1e-10)
@@ -109,7 +108,7 @@ def test_muscle_map_is_the_derivative_of_the_step(fixed: Any) -> None:
     """v+ is linear in l_d below l, so central differences of any width are exact."""
     body, _ = stretched(fixed)
     rows = some_rows(body, 20)
-    problem = Bridge(body.stepper, row_capacity=20).solve(rows, free=True)
+    problem = exact_bridge(body, row_capacity=20).solve(rows, free=True)
     base = 0.9 * problem.lengths
     differences = np.zeros_like(problem.muscle_map)
     for segment in range(len(base)):
@@ -131,7 +130,7 @@ def test_muscle_map_is_the_derivative_of_the_step(fixed: Any) -> None:
 
 def test_lengths_are_those_of_the_moved_fibres() -> None:
     body, _ = stretched()
-    problem = Bridge(body.stepper).solve(some_rows(body, 7))
+    problem = exact_bridge(body).solve(some_rows(body, 7))
     expected = reference.segment_lengths(body.model.scene.character, body.positions)
     np.testing.assert_allclose(problem.lengths, expected, rtol=1e-12)
     np.testing.assert_allclose(problem.rest_lengths[:12], 0.58 / 6, rtol=1e-12)
@@ -140,7 +139,7 @@ def test_lengths_are_those_of_the_moved_fibres() -> None:
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_default_tolerance_is_kept(precision: Precision) -> None:
     """|J^T - M~ W| <= 1e-3 |J^T|, column by column, when warm and when rows change."""
-    body, matrix = stretched(precision=precision, bridge_tolerance=1e-3)
+    body, matrix = stretched(precision=precision)
     bridge = Bridge(body.stepper, row_capacity=32)
     for seed, count in ((0, 20), (1, 20), (2, 9), (3, 32), (4, 20)):
         rows = some_rows(body, count, seed)
@@ -153,7 +152,7 @@ def test_default_tolerance_is_kept(precision: Precision) -> None:
 
 def test_warm_start_saves_the_iterations() -> None:
     body, _ = stretched()
-    bridge = Bridge(body.stepper, row_capacity=20)
+    bridge = exact_bridge(body, row_capacity=20)
     rows = some_rows(body, 20)
     assert bridge.solve(rows).iterations > 0
     assert bridge.solve(rows).iterations == 0
@@ -161,7 +160,7 @@ def test_warm_start_saves_the_iterations() -> None:
 
 def test_it_makes_room_for_more_rows() -> None:
     body, matrix = stretched()
-    bridge = Bridge(body.stepper, row_capacity=16)
+    bridge = exact_bridge(body, row_capacity=16)
     rows = some_rows(body, 40)
     for count in (5, 40, 5):
         problem = bridge.solve(rows[:count])
@@ -172,7 +171,7 @@ def test_it_makes_room_for_more_rows() -> None:
 
 def test_fewer_rows_use_fewer_blocks() -> None:
     """After many rows, the answer to a few is that of a bridge that never had more, bit by bit."""
-    body, _ = stretched(precision="float32", bridge_tolerance=1e-3)
+    body, _ = stretched(precision="float32")
     bridge = Bridge(body.stepper)
     rows = some_rows(body, 40)
     for count in (9, 40, 12):
@@ -190,10 +189,9 @@ def test_rows_of_another_length_are_refused() -> None:
         bridge.solve(np.zeros((3, 7)))
 
 
-def test_two_levels_converge_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_levels_converge_too() -> None:
     """As for a mesh too large to factorise."""
-    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
-    body, matrix = stretched((0, 1, 5, 40), bridge_tolerance=1e-3)
+    body, matrix = stretched((0, 1, 5, 40), preconditioner="two_level")
     assert body.model.system.coarse is not None
     rows = some_rows(body, 20)
     free = (matrix - np.eye(len(matrix))).any(axis=1)

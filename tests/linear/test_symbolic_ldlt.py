@@ -14,8 +14,7 @@ from tests.verification import reference
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.engine import linear_system
-from warp_softbody.engine.options import Precision
+from warp_softbody.engine.options import PRECONDITIONERS, Precision
 from warp_softbody.kernels.linear.pcg import HELD
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.block_sparsity import build_topology
@@ -149,14 +148,11 @@ def test_kept_factor_turns_with_the_body() -> None:
 
 
 @pytest.mark.parametrize("fixed", [(), FIXED])
-@pytest.mark.parametrize("largest_factor", [linear_system.LARGEST_FACTOR, 0])
-def test_conjugate_gradients_equal_a_dense_solve(
-    fixed: Any, largest_factor: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("preconditioner", ["factor", "two_level"])
+def test_conjugate_gradients_equal_a_dense_solve(fixed: Any, preconditioner: str) -> None:
     """With the whole factor, and with two levels as for a large mesh."""
-    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", largest_factor)
     mesh = box((2, 2, 3), jitter=0.2)
-    body, matrix = assembled(mesh, fixed, **EXACT)
+    body, matrix = assembled(mesh, fixed, preconditioner=preconditioner, **EXACT)
     rng = np.random.default_rng(1)
     velocities = rng.standard_normal(mesh.points.shape)
     velocities[list(fixed)] = 0.0
@@ -178,10 +174,19 @@ def test_conjugate_gradients_equal_a_dense_solve(
     np.testing.assert_allclose(body.velocities, expected, atol=10 * bound)
 
 
-def test_unconverged_solve_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
+@pytest.mark.parametrize("cells", [(2, 2, 3), (11, 11, 8)])
+def test_the_preconditioner_is_the_one_asked_for(cells: tuple[int, int, int]) -> None:
+    """Of 36 nodes and of 1,296; automatic is the factor for few nodes alone."""
+    aggregated = {
+        choice: rig(box(cells), preconditioner=choice).model.system.coarse is not None
+        for choice in PRECONDITIONERS
+    }
+    assert aggregated == {"auto": cells[0] > 2, "factor": False, "two_level": True}
+
+
+def test_unconverged_solve_is_reported() -> None:
     mesh = box((2, 2, 3), jitter=0.2)
-    body = rig(mesh, material=STIFF, max_iterations=2, **EXACT)
+    body = rig(mesh, material=STIFF, max_iterations=2, preconditioner="two_level", **EXACT)
     body.place(crumpled(mesh))
     assert not body.step().converged
 

@@ -18,18 +18,13 @@ from tests.linear.test_symbolic_ldlt import (
 from tests.support.bodies import Rig, box, epsilon, rig, turn
 from tests.verification import reference
 from warp_softbody.arrays import FloatArray
-from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Precision
 from warp_softbody.linear.aggregation import REGULARISATION
 from warp_softbody.linear.preconditioner import TwoLevel
 from warp_softbody.linear.system import CoarseLevel
 
 MESH = box((3, 3, 4), (0.3, 0.3, 0.4), jitter=0.2)
-
-
-@pytest.fixture(autouse=True)
-def two_levels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
+TWO_LEVEL: dict[str, Any] = {"preconditioner": "two_level"}
 
 
 def level_of(body: Rig) -> CoarseLevel:
@@ -53,7 +48,7 @@ def rigid_motions(body: Rig) -> FloatArray:
 
 @pytest.mark.parametrize("fixed", [(), FIXED])
 def test_aggregates_part_the_free_nodes(fixed: Any) -> None:
-    body = rig(MESH, fixed=fixed)
+    body = rig(MESH, fixed=fixed, **TWO_LEVEL)
     aggregation = level_of(body).aggregation
     assert sorted(aggregation.nodes) == sorted(set(range(len(MESH.points))) - set(fixed))
     assert (aggregation.aggregate_of[list(fixed)] == -1).all()
@@ -65,7 +60,8 @@ def test_aggregates_part_the_free_nodes(fixed: Any) -> None:
 
 @pytest.mark.parametrize("fixed", [(), FIXED])
 def test_coarse_matrix_is_the_rest_shape_s_on_rigid_motions(fixed: Any) -> None:
-    body = rig(MESH, material=STIFF, fixed=fixed, time_step=0.01, precision="float64")
+    options = {"time_step": 0.01, "precision": "float64", **TWO_LEVEL}
+    body = rig(MESH, material=STIFF, fixed=fixed, **options)
     matrix = reference.step_matrix(body.model, MESH.points)
     motions = rigid_motions(body)
     expected = motions.T @ matrix @ motions
@@ -111,7 +107,7 @@ def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
 @pytest.mark.parametrize("fixed", [(), FIXED])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_application_is_two_sweeps_around_a_correction(fixed: Any, precision: Precision) -> None:
-    body, matrix = assembled(MESH, fixed, precision=precision)
+    body, matrix = assembled(MESH, fixed, precision=precision, **TWO_LEVEL)
     preconditioner = factor_of(body)
     assert isinstance(preconditioner, TwoLevel)
     free = np.eye(len(matrix))
@@ -125,7 +121,7 @@ def test_application_is_two_sweeps_around_a_correction(fixed: Any, precision: Pr
 
 
 def test_it_is_symmetric_and_positive_where_contact_holds_and_slides() -> None:
-    body, _ = assembled(MESH, precision="float64")
+    body, _ = assembled(MESH, precision="float64", **TWO_LEVEL)
     n = len(MESH.points)
     rng = np.random.default_rng(3)
     kinds = rng.integers(0, 3, n)
@@ -145,7 +141,7 @@ def test_it_is_symmetric_and_positive_where_contact_holds_and_slides() -> None:
 
 def test_it_turns_with_the_body() -> None:
     """A rigid turn changes neither coarse space nor sweeps: P of the turned body is Q P Q^T."""
-    body, _ = assembled(MESH, precision="float64")
+    body, _ = assembled(MESH, precision="float64", **TWO_LEVEL)
     before = preconditioned(body, factor_of(body), np.eye(3 * len(MESH.points)))
     rotation = turn((1.0, 0.3, -2.0), 1.9)
     body.place(body.positions @ rotation.T)
@@ -158,7 +154,7 @@ def test_it_turns_with_the_body() -> None:
 
 @pytest.mark.parametrize("fixed", [(), FIXED])
 def test_blocks_are_treated_like_single_vectors(fixed: Any) -> None:
-    body, _ = assembled(MESH, fixed, precision="float64")
+    body, _ = assembled(MESH, fixed, precision="float64", **TWO_LEVEL)
     preconditioner = factor_of(body)
     model, n = body.model, body.model.node_count
     vectors = np.random.default_rng(2).standard_normal((3 * n, 32))
@@ -178,6 +174,7 @@ def test_iterations_hardly_grow_with_the_mesh() -> None:
     for cells in (2, 4, 8):
         mesh = box((4 * cells, cells, cells), (0.8, 0.2, 0.2))
         fixed = np.flatnonzero(mesh.points[:, 0] < 1e-9)
-        body = rig(mesh, material=STIFF, fixed=fixed, gravity=(0.0, 0.0, -9.81), time_step=0.01)
+        options = {"gravity": (0.0, 0.0, -9.81), "time_step": 0.01, **TWO_LEVEL}
+        body = rig(mesh, material=STIFF, fixed=fixed, **options)
         counts.append(np.mean([body.step().iterations for _ in range(20)]))
     assert counts[2] <= 2.0 * counts[0]

@@ -17,6 +17,7 @@ from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
 from warp_softbody.engine.model import Model, build_model
 from warp_softbody.engine.options import Precision, SimulationOptions
+from warp_softbody.engine.reduced_dynamics import Bridge
 from warp_softbody.engine.state import SLACK, Contacts, Control, State
 from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.engine.stepper import Stepper
@@ -25,7 +26,7 @@ from warp_softbody.world.scene import Scene
 
 Vector = tuple[float, float, float]
 
-EXACT: dict[str, Any] = {"precision": "float64", "tolerance": 1e-13, "bridge_tolerance": 1e-13}
+EXACT: dict[str, Any] = {"precision": "float64", "tolerance": 1e-13}
 """Options with which every linear solve is as good as a direct one."""
 
 
@@ -216,6 +217,11 @@ def rig(
         control=Control.slack(model),
         contacts=Contacts.none(model),
     )
+
+
+def exact_bridge(body: Rig, row_capacity: int = 16) -> Bridge:
+    """A bridge as exact as double precision allows."""
+    return Bridge(body.stepper, row_capacity, tolerance=1e-13)
 
 
 def given_back(

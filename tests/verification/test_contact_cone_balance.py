@@ -14,7 +14,6 @@ from tests.verification.test_contact_directions import scaly_slab
 from tests.verification.test_contact_drops import G, cube, energy
 from warp_softbody.cli import main
 from warp_softbody.contact_mode import ContactMode
-from warp_softbody.engine import linear_system
 from warp_softbody.engine.options import Cone, Precision, SimulationOptions
 from warp_softbody.errors import InputError
 from warp_softbody.kernels.linear.pcg import FREE, HELD, LINE, SLIDES
@@ -28,14 +27,11 @@ POLYGONS: tuple[Cone, ...] = ("4", "8")
 
 
 @pytest.mark.parametrize("two_levels", [False, True])
-def test_preconditioners_know_nodes_that_are_free_along_a_line(
-    two_levels: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_preconditioners_know_nodes_that_are_free_along_a_line(two_levels: bool) -> None:
     """Symmetric, positive, and nothing on what is given; the factor is the inverse itself."""
-    if two_levels:
-        monkeypatch.setattr(linear_system, "LARGEST_FACTOR", 0)
     mesh = box((3, 3, 4), (0.3, 0.3, 0.4), jitter=0.2)
-    body, matrix = assembled(mesh, precision="float64")
+    choice = "two_level" if two_levels else "factor"
+    body, matrix = assembled(mesh, precision="float64", preconditioner=choice)
     n = len(mesh.points)
     kinds = np.random.default_rng(4).integers(0, 4, n)
     planes = np.linalg.svd(NORMAL[None])[2][1:]

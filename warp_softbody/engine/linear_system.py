@@ -13,7 +13,7 @@ from warp_softbody.body.mesh_geometry import shortest_edge
 from warp_softbody.device.allocator import Allocator
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model_arrays import ModelArrays
-from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.engine.options import PreconditionerChoice, SimulationOptions
 from warp_softbody.engine.precision_choice import stiffness_over_mass
 from warp_softbody.engine.rest_matrix import rest_matrix
 from warp_softbody.linear.aggregation import Aggregation, build_aggregation, coarse_matrix
@@ -48,12 +48,18 @@ class Levels:
     aggregation: Aggregation | None
 
 
-def build_levels(scene: Scene, topology: Topology, fixed: npt.NDArray[np.bool_]) -> Levels:
-    """A whole factor for small bodies, aggregates for large ones; ``fixed`` (n,) bool."""
+def build_levels(
+    scene: Scene, topology: Topology, fixed: npt.NDArray[np.bool_], choice: PreconditionerChoice
+) -> Levels:
+    """The levels asked for; "auto" takes a whole factor for small bodies, aggregates for large.
+
+    ``fixed`` (n,) bool are the nodes that do not move.
+    """
     parts = scene.parts
-    if max(part.nodes.stop - part.nodes.start for part in parts) <= LARGEST_FACTOR:
+    largest = max(part.nodes.stop - part.nodes.start for part in parts)
+    if choice == "factor" or (choice == "auto" and largest <= LARGEST_FACTOR):
         elimination = build_elimination(topology, fixed)
-        if len(elimination.column) <= MOST_FACTOR_BLOCKS * len(parts):
+        if choice == "factor" or len(elimination.column) <= MOST_FACTOR_BLOCKS * len(parts):
             return Levels(elimination=elimination, aggregation=None)
     aggregation = build_aggregation(topology, fixed, scene.whole.mesh.points)
     none = np.zeros(2 * aggregation.count, dtype=bool)

@@ -144,7 +144,7 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
     topology = build_topology(mesh.tets, len(mesh.points))
     fixed = np.zeros(len(mesh.points), dtype=bool)
     fixed[scene.whole.fixed] = True
-    levels = build_levels(scene, topology, fixed)
+    levels = build_levels(scene, topology, fixed, options.preconditioner)
     make = Allocator(real(options.precision), options.device)
     layouts = [build_muscle_layout(character) for character in scene.characters]
     muscles = join_layouts(layouts, parts)

@@ -32,9 +32,6 @@ from warp_softbody.kernels.precision import BLOCK
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.preconditioner import make_preconditioner
 
-MOST_ITERATIONS = 400
-"""Iterations of one block solve; one that needs more is reported as not converged."""
-
 BLOCK_COST = 3
 """Cost of an iteration of a block in units of one for a single right-hand side."""
 
@@ -71,17 +68,33 @@ class Bridge:
     """Solves M~ W = J^T for the controller, in blocks of 16 rows, starting from the last W."""
 
     @shares_warp
-    def __init__(self, stepper: Stepper, row_capacity: int = BLOCK) -> None:
-        """Work arrays for up to ``row_capacity`` rows of J; they grow when more are asked for."""
+    def __init__(
+        self,
+        stepper: Stepper,
+        row_capacity: int = BLOCK,
+        *,
+        tolerance: float = 1e-3,
+        max_iterations: int = 400,
+    ) -> None:
+        """Work arrays for up to ``row_capacity`` rows of J; they grow when more are asked for.
+
+        Args:
+            stepper: whose assembled matrix is solved with.
+            row_capacity: rows of J.
+            tolerance: relative residual of each row at which its solve stops.
+            max_iterations: of one block solve; one that needs more is not converged.
+        """
         checks.instance("stepper of a Bridge", stepper, Stepper)
         row_capacity = checks.whole("row_capacity of a Bridge", row_capacity, low=1, high=2**16)
+        tolerance = checks.number("tolerance of a Bridge", tolerance, above=0.0, below=1.0)
+        self._most_iterations = checks.whole("max_iterations of a Bridge", max_iterations, low=1)
         model = stepper.model
         types = model.types
         self._stepper = stepper
         self._kernels = make_block_gradients(model.options.precision)
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
         self._counters = model.zeros(bg.COUNTERS, wp.int32)
-        self._tolerance = model.array([model.options.bridge_tolerance], types.scalar)
+        self._tolerance = model.array([tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
         self._preconditioner = make_preconditioner(model.system, *matrix)
         # contact is not in the bridge's matrix: only fixed nodes are held, nothing slides
@@ -166,7 +179,7 @@ class Bridge:
             lengths=self._views.read(self._stepper.lengths).astype(np.float64),
             rest_lengths=model.muscles.rest_lengths,
             iterations=iterations,
-            converged=iterations < MOST_ITERATIONS,
+            converged=iterations < self._most_iterations,
         )
 
     def _free_turn(self, rows: FloatArray) -> FreeTurn | None:
@@ -263,7 +276,7 @@ class Bridge:
             self._run(k.add_up, blocks, [w["pq"]], [w["curvature"]])
             inputs = [*size, w["product"], w["curvature"], w["p"], w["q"]]
             self._run(k.advance, chunks, inputs, [w["x"], w["r"], w["rr"]])
-            inputs = [MOST_ITERATIONS, w["product"], w["rr"], w["target"]]
+            inputs = [self._most_iterations, w["product"], w["rr"], w["target"]]
             self._run(k.conclude, 1, inputs, ends)
 
         wp.capture_while(self._counters[bg.CONDITION : bg.CONDITION + 1], iterate)

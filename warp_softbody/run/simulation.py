@@ -6,11 +6,11 @@ import time
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 
-from warp_softbody.controllers.control_solver import Driver, Method
+from warp_softbody.controllers.control_options import ControlOptions, Method
+from warp_softbody.controllers.control_solver import Driver
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.engine.model import build_model
@@ -55,22 +55,26 @@ class Simulation:
         controller: Controller | None = None,
         *,
         options: SimulationOptions | None = None,
+        control_options: ControlOptions | None = None,
         time_step: float | None = None,
         fps: float = 30.0,
-        method: Method = "qpcc",
+        method: Method | None = None,
         name: str = "scene",
     ) -> None:
-        """Build the model; ``time_step`` (s) overrides that of the options."""
+        """Build the model; ``time_step`` (s) and ``method`` override those of the options."""
         begun = time.perf_counter()
         checks.instance("scene of a Simulation", scene, Scene)
-        options = SimulationOptions() if options is None else options
-        checks.instance("options of a Simulation", options, SimulationOptions)
+        options = checks.optional("options of a Simulation", options, SimulationOptions)
+        control = checks.optional(
+            "control_options of a Simulation", control_options, ControlOptions
+        )
         if time_step is not None:
             # the options refuse what is no time step
             options = replace(options, time_step=time_step)
+        if method is not None:
+            control = replace(control, method=method)
         if controller is not None:
             input_kinds.controller("controller of a Simulation", controller)
-        checks.choice("method of a Simulation", method, get_args(Method))
         input_kinds.name("name of a Simulation", name)
         self._steps_per_frame, step = whole_steps(options.time_step, fps)
         options = with_precision(replace(options, time_step=step), scene)
@@ -95,7 +99,12 @@ class Simulation:
                 stacklevel=3,
             )
         if controller is not None and self.model.segment_count:
-            self._driver = Driver(controller, Bridge(self._stepper), method)
+            bridge = Bridge(
+                self._stepper,
+                tolerance=control.response_tolerance,
+                max_iterations=control.max_response_iterations,
+            )
+            self._driver = Driver(controller, bridge, control)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
         self._planned = ContactSample()
         self._snapshots = Snapshots(self.model)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from typing import Any
 
 from warp_softbody.accuracy.analysis.tuning import Tuned
-from warp_softbody.accuracy.cases.settings import KNOBS, Settings
-from warp_softbody.engine.options import CONES, ELEMENTS, TANGENTS
+from warp_softbody.accuracy.cases.settings import KNOBS, OPTIONS, Settings, as_option
 from warp_softbody.errors import InputError
 
 Check = Callable[[Any], bool]
@@ -23,10 +23,6 @@ def _number(low: float, high: float) -> Check:
 
 def _whole(low: int, high: int) -> Check:
     return lambda value: type(value) is int and low <= value <= high
-
-
-def _one_of(*known: str) -> Check:
-    return lambda value: isinstance(value, str) and value in known
 
 
 def _text(value: Any) -> bool:
@@ -48,22 +44,27 @@ def _texts(value: Any) -> bool:
 
 _POSITIVE = _number(0.0, math.inf)
 
+
+def _option(knob: str, default: Any) -> Check:
+    """Whether a value is one that the option of a knob takes, or None where that is its default."""
+
+    def check(value: Any) -> bool:
+        if value is None:
+            return default is None
+        try:
+            OPTIONS[knob].check(as_option(value))
+        except InputError:
+            return False
+        return True
+
+    return check
+
+
 SETTINGS: Mapping[str, Check] = {
-    "time_step": _number(1e-6, 1.0),
     "cells": _or_none(_whole(0, 1000)),
     "level": _whole(0, 3),
-    "elements": _one_of(*ELEMENTS),
-    "tangent": _one_of(*TANGENTS),
-    "precision": _one_of("float32", "float64"),
-    "cone": _one_of(*CONES),
-    "newton_iterations": _whole(1, 100),
-    "tolerance": _or_none(_number(1e-12, 1.0)),
-    "threads": _whole(1, 64),
-    "method": _one_of("qpcc", "static"),
-    "qps": _or_none(_whole(1, 1_000_000)),
-    "plan_cone": _or_none(lambda value: type(value) is int and value in (2, 4, 8)),
     "patches": _or_none(_whole(1, 1000)),
-    "preconditioner": _or_none(_one_of("factor", "two-level")),
+    **{one.name: _option(one.name, one.default) for one in fields(Settings) if one.name in OPTIONS},
 }
 
 FIELDS: Mapping[str, Check] = {

@@ -55,6 +55,10 @@ class Tuned:
         """Plain values."""
         return {**asdict(self), "given": dict(self.given), "left_out": list(self.left_out)}
 
+    def taken(self) -> dict[str, Any]:
+        """What a run that takes the settings tells of them."""
+        return {"bound": self.bound, "error": self.error, "settings": self.settings.to_dict()}
+
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Tuned:
         """Back from `to_dict`."""

@@ -7,8 +7,10 @@ from dataclasses import asdict, dataclass, fields, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.engine.options import Cone, Elements, Precision, SimulationOptions, Tangent
 from warp_softbody.errors import InputError
+from warp_softbody.inputs.option_fields import Option, options_of
 
 if TYPE_CHECKING:
     from warp_softbody.scenes import ScenePlan
@@ -18,17 +20,14 @@ if TYPE_CHECKING:
 class Settings:
     """A point's knobs.
 
+    Those not listed are options of `SimulationOptions` and `ControlOptions`, which say under what
+    name charts know them; None leaves an option as it is by default.
+
     Attributes:
-        time_step: s.
         cells: the scene's setting of that name; None for its default, or where it has none.
         level: how often every tet of that mesh is cut into eight.
-        elements, tangent, precision, cone, newton_iterations, threads: as in `SimulationOptions`.
-        tolerance: of the linear solve; None for the precision's own.
-        method: how muscles are driven, "qpcc" or "static".
-        qps: most QPs of a step; None for the driver's own.
-        plan_cone: directions of the friction cones that a controller plans with; None for 8.
         patches: the scene's setting of that name; None for its default, or where it has none.
-        preconditioner: "factor" or "two-level"; None for the one that suits the body's size.
+        preconditioner: "factor" or "two-level".
     """
 
     time_step: float
@@ -71,16 +70,16 @@ class Settings:
 
     def options(self) -> SimulationOptions:
         """Those of the engine."""
-        return SimulationOptions(
-            time_step=self.time_step,
-            precision=self.precision,
-            tangent=self.tangent,
-            elements=self.elements,
-            cone=self.cone,
-            newton_iterations=self.newton_iterations,
-            threads=self.threads,
-            tolerance=self.tolerance,
-        )
+        return SimulationOptions(**self.chosen(SimulationOptions))
+
+    def control_options(self) -> ControlOptions:
+        """Those of the control solver."""
+        return ControlOptions(**self.chosen(ControlOptions))
+
+    def chosen(self, owner: type[Any]) -> dict[str, Any]:
+        """Values of the options of a class that are not left as they are by default, by name."""
+        knobs = {one.name: getattr(self, one.knob) for one in options_of(owner) if one.knob}
+        return {name: as_option(value) for name, value in knobs.items() if value is not None}
 
     def plan(self, scene: str, given: Mapping[str, str | float]) -> ScenePlan:
         """The scene on this mesh; ``given`` are its other settings."""
@@ -107,17 +106,20 @@ class Settings:
 
 
 KNOBS = tuple(field.name for field in fields(Settings))
-NAMES = {
-    "time_step": "dt",
-    "newton_iterations": "Newton",
-    "method": "",
-    "precision": "",
-    "elements": "",
-    "qps": "QPs",
-    "plan_cone": "planned cone",
-    "preconditioner": "",
+OPTIONS: dict[str, Option] = {
+    one.knob: one
+    for one in (*options_of(SimulationOptions), *options_of(ControlOptions))
+    if one.knob is not None
 }
-"""Shorter ones, where the value does not speak for itself."""
+"""Options that are knobs, by the names of these."""
+
+NAMES = {knob: one.short for knob, one in OPTIONS.items() if one.short is not None}
+"""Shorter ones of knobs; none where the value speaks for itself."""
+
+
+def as_option(value: Any) -> Any:
+    """A knob's value as its option takes it: charts write "two-level" with a hyphen."""
+    return value.replace("-", "_") if isinstance(value, str) else value
 
 
 def shown(knob: str, value: Any) -> str:

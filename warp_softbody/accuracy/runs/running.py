@@ -13,7 +13,6 @@ REPEATS, ENOUGH = 3, 2.0
 
 def run_job(job: Job) -> RunOutcome:
     """Run a point here; a combination that the engine refuses is an outcome too."""
-    from warp_softbody.accuracy.runs.inner_knobs import inner_knobs
     from warp_softbody.errors import InputError
     from warp_softbody.run.warp_session import warp_engine
 
@@ -22,7 +21,7 @@ def run_job(job: Job) -> RunOutcome:
 
         return run_peer(job)
     try:
-        with warp_engine("cpu", on_compile=lambda: None), inner_knobs(job.settings):
+        with warp_engine("cpu", on_compile=lambda: None):
             return _repeated(job)
     except InputError as error:
         return refused(str(error))
@@ -54,8 +53,8 @@ def _run(job: Job) -> RunOutcome:
         plan.scene,
         plan.controller,
         options=settings.options(),
+        control_options=settings.control_options(),
         fps=FPS,
-        method="static" if settings.method == "static" else "qpcc",
         name=job.scene,
     )
     recording = Recording(job, plan.scene, simulation.model.masses)

@@ -1,0 +1,88 @@
+"""How a controller's wishes are turned into activations: budgets and accuracy of each step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from warp_softbody.inputs.option_fields import check_options, described, option
+from warp_softbody.inputs.option_kinds import ChoiceKind, NumberKind, WholeKind
+
+Method = Literal["qpcc", "static"]
+PlannedCone = Literal[4, 8]
+METHODS: tuple[Method, ...] = get_args(Method)
+PLANNED_CONES: tuple[PlannedCone, ...] = get_args(PlannedCone)
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class ControlOptions:
+    """Settings of the control solver, validated on construction; each field describes itself."""
+
+    method: Method = option(
+        "qpcc",
+        ChoiceKind(METHODS),
+        "how activations are found: by the contact QPCC, or by a QP that takes every contact for "
+        "static (the baseline of the paper)",
+        flag=False,
+        knob="method",
+        short="",
+    )
+    max_qps: int = option(
+        16,
+        WholeKind(low=1),
+        "QPs of one step",
+        knob="qps",
+        short="QPs",
+    )
+    kicks: int = option(
+        2,
+        WholeKind(low=0),
+        "how often a step leaves a local minimum by forcing one contact into another mode; each "
+        "kick costs one to three QPs",
+    )
+    kick_patience: int = option(
+        1,
+        WholeKind(low=0),
+        "kicks in a row without a better minimum after which a step tries no more",
+    )
+    kick_reach: float = option(
+        1.0,
+        NumberKind(above=0.0),
+        "how far above the best objective, as a share of its size, a kick's first QP may end; "
+        "beyond it the kick is given up",
+    )
+    kick_pause: int = option(
+        8,
+        WholeKind(low=0),
+        "steps of unchanged contact modes that go without kicks after one whose kicks found "
+        "nothing",
+    )
+    calm_objective: float = option(
+        0.01,
+        NumberKind(low=0.0),
+        "objective below which the next step goes without kicks; in the units of the shipped "
+        "controllers, momentum rows over m g dt, 0.01 is a missing force of a tenth of the weight",
+    )
+    planned_cone: PlannedCone = option(
+        8,
+        ChoiceKind(PLANNED_CONES),
+        "directions of the friction cones that a step is planned with",
+        knob="plan_cone",
+        short="planned cone",
+    )
+    response_tolerance: float = option(
+        1e-3,
+        NumberKind(above=0.0, below=1.0),
+        "relative residual at which the solve for the body's response to the controller's rows "
+        "stops",
+    )
+    max_response_iterations: int = option(
+        400,
+        WholeKind(low=1),
+        "iterations of that solve; one that needs more is counted as not converged",
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse what no step can be planned with."""
+        check_options(self)
