@@ -1,6 +1,7 @@
 # Needs only Python (with venv), make and a package index.
 #   make demo       installs into .venv and runs the main job: a letter that keeps its balance
-#   make test       lints, type-checks and runs every test but the long ones
+#   make test       lints, type-checks and runs every test but the long ones, on all cores;
+#                   prints which lines of Python they reach
 #   make test-long  the long ones
 #   make charts     charts error over cost of the scenes into docs/frontier (an hour on two cores),
 #                   stores the settings that `run --error` uses, and brings the tables of
@@ -20,6 +21,10 @@ TUNED := cantilever=2% cantilever=5% twisted-bar=2% twisted-bar=5% drop-block=5%
 # Small dense matrices are solved faster, and runs repeat bit for bit, on one BLAS thread.
 export OPENBLAS_NUM_THREADS := 1
 
+# Tests share the cores; a core that is done takes over from the others. One process: make JOBS=0 test
+JOBS ?= auto
+PARALLEL := -n $(JOBS) --maxprocesses 8 --dist worksteal
+
 .PHONY: demo test test-long charts clean
 
 demo: $(VENV)/.demo
@@ -32,8 +37,9 @@ demo: $(VENV)/.demo
 
 test: $(VENV)/.dev
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q -m "not long"
+	$(BIN)/python -m pytest -q -m "not long" $(PARALLEL) --durations=15 --cov --cov-report=term
 
 test-long: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -m long
@@ -66,5 +72,6 @@ $(VENV)/.dev: pyproject.toml | $(BIN)/python
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(OUT) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) $(OUT) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache \
+		.coverage .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
