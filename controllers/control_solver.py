@@ -126,7 +126,8 @@ class Driver:
         self, controller: Controller, bridge: Bridge, options: ControlOptions | None = None
     ) -> None:
         """Drive a controller by the QPCC or by the static-contact baseline, as the options say."""
-        options = checks.optional("options of a Driver", options, ControlOptions)
+        # made anew, so that one that went round its constructor is checked too
+        options = replace(checks.optional("options of a Driver", options, ControlOptions))
         self._controller = controller
         self._bridge = bridge
         self._method = options.method

@@ -8,7 +8,7 @@ from typing import Any
 
 from warp_softbody.errors import InputError
 from warp_softbody.inputs.option_fields import Option, options_of
-from warp_softbody.inputs.option_kinds import ChoiceKind, TruthKind
+from warp_softbody.inputs.option_kinds import ChoiceKind, TruthKind, WholeKind
 
 
 def add_option_flags(
@@ -40,7 +40,7 @@ def _add(group: Any, one: Option, text: str) -> None:
         known = one.kind.known
         group.add_argument(one.flag_name, type=one.kind.read, choices=known, help=text)
     else:
-        metavar = one.unit.upper() or "X"
+        metavar = "N" if isinstance(one.kind, WholeKind) else one.unit.upper() or "X"
         group.add_argument(one.flag_name, type=_reader(one), metavar=metavar, help=text)
 
 

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from warp_softbody.cli.recorder import Recorder
     from warp_softbody.run.simulation import Simulation
 
+OWN_DEFAULTS = {"time_step": "that of the scene"}
+"""Of options that a run does not take from their class."""
+
 DOUBTFUL = 4
 """Ran to its end, but something in the result should not be believed; the summary says what."""
 
@@ -36,9 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("scene", metavar="NAME", help="name of a scene, such as balance-i")
     _add_files(parser)
     _add_numbers(parser)
-    add_option_flags(
-        parser, SimulationOptions, "simulation options", {"time_step": "default: the scene's"}
-    )
+    add_option_flags(parser, SimulationOptions, "simulation options", OWN_DEFAULTS)
     add_option_flags(parser, ControlOptions, "control options")
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -137,6 +137,8 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
     """
     checks.instance("scene of build_model", scene, Scene)
     checks.instance("options of build_model", options, SimulationOptions)
+    # made anew, so that one that went round its constructor is checked too
+    options = replace(options)
     check_device(options.device)
     options = with_precision(options, scene)
     _refuse_mixtures(scene, options)

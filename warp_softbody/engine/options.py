@@ -104,8 +104,8 @@ class SimulationOptions:
     tolerance: float | None = option(
         None,
         NumberKind(above=0.0, below=1.0),
-        "relative residual |b - M~ v| / |b| at which the linear solve stops, fixed nodes not "
-        "counted",
+        "residual of the linear solve, relative to its right-hand side, at which it stops; fixed "
+        "nodes are not counted",
         unset="where it adds a twentieth to the error of the time step, or at 1e-5 in float32 and "
         "1e-6 in float64; in controlled scenes always at these",
         knob="tolerance",

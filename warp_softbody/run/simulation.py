@@ -68,11 +68,9 @@ class Simulation:
         control = checks.optional(
             "control_options of a Simulation", control_options, ControlOptions
         )
-        if time_step is not None:
-            # the options refuse what is no time step
-            options = replace(options, time_step=time_step)
-        if method is not None:
-            control = replace(control, method=method)
+        # made anew, so that what went round a constructor is checked too
+        options = replace(options, time_step=options.time_step if time_step is None else time_step)
+        control = replace(control, method=control.method if method is None else method)
         if controller is not None:
             input_kinds.controller("controller of a Simulation", controller)
         input_kinds.name("name of a Simulation", name)
