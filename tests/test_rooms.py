@@ -84,7 +84,6 @@ KNOWN_IMPORTS = {
 KNOWN_TWICE = {
     *("Case", "FlexBody", "Goal", "Journal", "Motion", "Outcome", "Preconditioner", "Probe"),
     *("Result", "Sample", "Setting", "Trial"),
-    *("Verdict",),
     *("Elimination", "Shapes"),
 }
 

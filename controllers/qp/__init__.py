@@ -1,1 +1,1 @@
-"""Convex quadratic programs, solved by DAQP or PIQP."""
+"""Convex quadratic programs, each solved by DAQP or PIQP and its answer verified."""

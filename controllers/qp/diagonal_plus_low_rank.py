@@ -1,4 +1,4 @@
-"""A positive definite matrix that is a diagonal and the squares of few rows."""
+"""A positive definite matrix that is a diagonal plus one of low rank."""
 
 from __future__ import annotations
 
@@ -11,46 +11,49 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.sparse_or_dense import Matrix
 
 
-class Gram:
-    """``diag(d) + N'N``, d (n,) > 0 and N (r, n); knows what a QP asks of its matrix."""
+class DiagonalPlusLowRank:
+    """``diag(d) + N'N`` with d (n,) > 0 and a factor N (r, n), as the Hessian of a QP."""
 
-    def __init__(self, diagonal: FloatArray, rows: FloatArray) -> None:
+    def __init__(self, diagonal: FloatArray, factor: FloatArray) -> None:
         """Keep both; nothing is multiplied out until asked for."""
         self.diagonal = diagonal
-        self.rows = rows
+        self.factor = factor
 
     def __matmul__(self, vector: FloatArray) -> FloatArray:
         """Product with a vector (n,)."""
-        product: FloatArray = self.diagonal * vector + (self.rows @ vector) @ self.rows
+        product: FloatArray = self.diagonal * vector + (self.factor @ vector) @ self.factor
         return product
 
     def toarray(self) -> FloatArray:
         """The matrix, (n, n)."""
-        whole: FloatArray = self.rows.T @ self.rows
+        whole: FloatArray = self.factor.T @ self.factor
         whole[np.arange(len(whole)), np.arange(len(whole))] += self.diagonal
         return whole
 
     @cached_property
     def _weighted(self) -> FloatArray:
         """N / d."""
-        weighted: FloatArray = self.rows / self.diagonal
+        weighted: FloatArray = self.factor / self.diagonal
         return weighted
 
-    def saved(self, c: FloatArray) -> float:
-        """By how much c'x + x'diag(d)x / 2 can be lower than with the squares: a sum over rows."""
-        small = self._weighted @ self.rows.T
+    def low_rank_share(self, c: FloatArray) -> float:
+        """By how much N'N raises the unconstrained minimum of c'x + x'Px / 2, >= 0.
+
+        By the Woodbury identity, from a system of r equations.
+        """
+        small = self._weighted @ self.factor.T
         small[np.arange(len(small)), np.arange(len(small))] += 1.0
         along = self._weighted @ c
         return 0.5 * float(along @ lapack.dposv(small, along)[1])
 
-    def depth(self, c: FloatArray) -> float:
-        """Minus the least of x'Px / 2 + c'x."""
-        return 0.5 * float(c @ (c / self.diagonal)) - self.saved(c)
+    def unconstrained_minimum(self, c: FloatArray) -> float:
+        """The minimum of c'x + x'Px / 2 over all x."""
+        return self.low_rank_share(c) - 0.5 * float(c @ (c / self.diagonal))
 
 
-def lowest(matrix: Matrix, c: FloatArray) -> float | None:
-    """Minus the least of x'Px / 2 + c'x; None where P is not definite."""
-    if isinstance(matrix, Gram):
-        return matrix.depth(c)
-    _, least, failed = lapack.dposv(matrix, c)
-    return None if failed else 0.5 * float(least @ c)
+def unconstrained_minimum(matrix: Matrix, c: FloatArray) -> float | None:
+    """The minimum of c'x + x'Px / 2 over all x; None where P is not positive definite."""
+    if isinstance(matrix, DiagonalPlusLowRank):
+        return matrix.unconstrained_minimum(c)
+    _, minimiser, failed = lapack.dposv(matrix, c)
+    return None if failed else -0.5 * float(minimiser @ c)

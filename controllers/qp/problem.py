@@ -1,4 +1,4 @@
-"""Convex QPs with rows and bounds, apart from any solver: problem, checked answer, polishing.
+"""Convex quadratic programs apart from any solver: the problem, a verified answer, polishing.
 
     minimise 1/2 x'Px + c'x   subject to   A x = b,  G x >= h,  lower <= x <= upper
 
@@ -15,23 +15,24 @@ from typing import Protocol
 import numpy as np
 
 from warp_softbody.arrays import BoolArray, FloatArray
-from warp_softbody.controllers.qp.sparse_or_dense import Matrix, dense
+from warp_softbody.controllers.qp.sparse_or_dense import Matrix, to_dense
 
 ACCEPTED_RESIDUAL = 1e-6
-"""Recomputed residuals and gap below this mean solved, whatever a solver says; above it, never."""
+"""A problem counts as solved if its recomputed residuals and duality gap are at most this,
+whatever the solver says."""
 
 POLISHED_RESIDUAL = 1e-9
-"""A polished point that misses a row by more has guessed its active set wrongly."""
+"""Largest primal residual of a polished point whose active set was identified correctly."""
 
 EXACT = 1e-10
-"""Residuals that polishing would not improve: what an active set method leaves, mostly."""
+"""Residuals that polishing would not improve; an active set method mostly reaches them."""
 
 FAR = 1e300
 """Stands for an infinite distance where the product with a zero multiplier must stay zero."""
 
 
 class QPStatus(Enum):
-    """What one QP solve ended with."""
+    """How the solve of one QP ended."""
 
     SOLVED = "solved"
     INFEASIBLE = "infeasible"
@@ -43,8 +44,9 @@ class QPStatus(Enum):
 class QPProblem:
     """Arrays of one QP; A and b, and G and h, may have no rows; P, A and G may all be sparse.
 
-    Where every value lies more than ``headroom`` above the least one without rows and bounds, a
-    backend may end early and say INFEASIBLE.
+    ``cutoff`` bounds the objective from above, as in branch and bound, and is measured from the
+    unconstrained minimum: where no feasible point is as low, a solver may stop early and answer
+    INFEASIBLE.
     """
 
     P: Matrix
@@ -55,7 +57,7 @@ class QPProblem:
     h: FloatArray
     lower: FloatArray
     upper: FloatArray
-    headroom: float = math.inf
+    cutoff: float = math.inf
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,16 +72,16 @@ class QPMultipliers:
 
 @dataclass(frozen=True, kw_only=True)
 class QPSolution:
-    """One answer; multipliers and residuals are meaningful where status is SOLVED.
+    """The answer to one QP; multipliers and residuals are meaningful where status is SOLVED.
 
     Attributes:
-        x: the minimiser, inside its bounds exactly.
+        x: the minimiser, exactly inside its bounds.
         value: 1/2 x'Px + c'x.
         status: SOLVED only if the recomputed residuals agree.
         multipliers: of every row and bound.
-        primal_residual: largest violation of a row or an equation.
+        primal_residual: largest violation of an inequality or equality row.
         dual_residual: largest entry of the gradient of the Lagrangian.
-        iterations: of the solver.
+        iterations: number that the solver took.
     """
 
     x: FloatArray
@@ -91,14 +93,14 @@ class QPSolution:
     iterations: int
 
 
-class Backend(Protocol):
+class QPSolver(Protocol):
     """A convex QP solver."""
 
     def solve(self, problem: QPProblem) -> QPSolution:
-        """Solve one QP; SOLVED only where ``checked`` agrees."""
+        """Solve one QP; SOLVED only where ``verified`` agrees."""
 
 
-def checked(
+def verified(
     problem: QPProblem,
     point: FloatArray,
     multipliers: QPMultipliers,
@@ -106,7 +108,10 @@ def checked(
     otherwise: QPStatus,
     iterations: int,
 ) -> QPSolution:
-    """Clip to the bounds, compute value and residuals anew; SOLVED only if they agree."""
+    """The answer at a point clipped to its bounds, its value and residuals computed anew.
+
+    It is SOLVED only if these residuals are small, and has the status ``otherwise`` if not.
+    """
     x = np.minimum(np.maximum(point, problem.lower), problem.upper)
     slope = problem.P @ x
     gradient = slope + problem.c
@@ -140,11 +145,12 @@ def checked(
 
 
 def polish(problem: QPProblem, solution: QPSolution) -> QPSolution:
-    """The same point to rounding where its active set can be read off, else the point as it was.
+    """The same point accurate to rounding, or as it was where its active set is not clear.
 
-    Interior point tolerances bound the gradient, so that a variable with little curvature may be
-    off by a thousandth of its range; one linear solve with the active rows as equations is not.
-    Problems with equations (redundant contacts) are left alone: that system may be singular.
+    The tolerance of an interior point method bounds the gradient, so that a variable with little
+    curvature may be off by a thousandth of its range. One solve of the KKT system with the active
+    rows as equalities has no such error. Problems with equalities (redundant contacts) are left
+    alone, because that system may be singular.
     """
     before = max(solution.dual_residual, solution.primal_residual)
     if problem.b.size or before <= EXACT:
@@ -155,20 +161,20 @@ def polish(problem: QPProblem, solution: QPSolution) -> QPSolution:
     active = problem.G @ solution.x - problem.h < known.rows
     free = ~(at_lower | at_upper)
     x = np.where(at_lower, problem.lower, np.where(at_upper, problem.upper, 0.0))
-    answer = _equality_solve(problem, x, free, active)
+    answer = _solve_kkt(problem, x, free, active)
     if answer is None:
         return solution
     x[free] = answer[: np.count_nonzero(free)]
     rows = np.zeros(len(problem.h))
     rows[active] = np.maximum(answer[np.count_nonzero(free) :], 0.0)
-    push = problem.P @ x + problem.c - rows @ problem.G
+    gradient = problem.P @ x + problem.c - rows @ problem.G
     multipliers = QPMultipliers(
         rows=rows,
         equalities=known.equalities,
-        lower=np.maximum(push, 0.0) * at_lower,
-        upper=np.maximum(-push, 0.0) * at_upper,
+        lower=np.maximum(gradient, 0.0) * at_lower,
+        upper=np.maximum(-gradient, 0.0) * at_upper,
     )
-    polished = checked(
+    polished = verified(
         problem,
         x,
         multipliers,
@@ -179,14 +185,14 @@ def polish(problem: QPProblem, solution: QPSolution) -> QPSolution:
     return polished if better and polished.primal_residual <= POLISHED_RESIDUAL else solution
 
 
-def _equality_solve(
+def _solve_kkt(
     problem: QPProblem, fixed: FloatArray, free: BoolArray, active: BoolArray
 ) -> FloatArray | None:
-    """Free variables, then multipliers of the active rows, for ``fixed`` values of the others."""
+    """The free variables, then the multipliers of the active rows, by the KKT system."""
     rows = problem.G[active]
     count, size = len(rows), int(np.count_nonzero(free))
     system = np.zeros((size + count, size + count))
-    system[:size, :size] = dense(problem.P)[np.ix_(free, free)]
+    system[:size, :size] = to_dense(problem.P)[np.ix_(free, free)]
     system[size:, :size] = rows[:, free]
     system[:size, size:] = -rows[:, free].T
     gradient = (-problem.c - problem.P @ fixed)[free]

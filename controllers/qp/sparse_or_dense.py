@@ -1,4 +1,4 @@
-"""Matrices of a general QPCC, kept sparse where that pays: large problems with few entries.
+"""Matrices that are sparse where that pays (large problems with few entries), and dense elsewhere.
 
 ``scipy.sparse`` is loaded by the first such problem, as most programs never meet one.
 """
@@ -19,16 +19,16 @@ SPARSE_SIZE = 150
 """Variables above which a problem with few entries is kept sparse."""
 
 SPARSE_FILL = 0.1
-"""Share of entries below which that is worth it."""
-
-CONCAVE = 1e-12
-"""Relative size of a negative eigenvalue of Q that passes for rounding."""
+"""Share of entries that are not zero, below which a large problem is kept sparse."""
 
 
-def held(*matrices: FloatArray) -> tuple[Matrix, ...]:
-    """The matrices of one problem, all sparse or all as they are."""
+def sparse_where_worthwhile(*matrices: FloatArray, above: int = SPARSE_SIZE) -> tuple[Matrix, ...]:
+    """The matrices of one problem, all sparse or all as they are.
+
+    They become sparse with more than ``above`` columns, if few of their entries are not zero.
+    """
     entries = sum(int(np.count_nonzero(matrix)) for matrix in matrices)
-    small = matrices[0].shape[1] <= SPARSE_SIZE
+    small = matrices[0].shape[1] <= above
     if small or entries >= SPARSE_FILL * sum(matrix.size for matrix in matrices):
         return matrices
     import scipy.sparse as sp
@@ -41,8 +41,8 @@ def is_sparse(matrix: Matrix) -> bool:
     return not isinstance(matrix, np.ndarray)
 
 
-def stacked(parts: Sequence[Matrix]) -> Matrix:
-    """Rows one below the other; sparse if the first ones are."""
+def stack_rows(parts: Sequence[Matrix]) -> Matrix:
+    """Matrices one below the other; the result is sparse if the first one is."""
     if not is_sparse(parts[0]):
         return np.concatenate(parts)
     import scipy.sparse as sp
@@ -50,7 +50,7 @@ def stacked(parts: Sequence[Matrix]) -> Matrix:
     return sp.vstack(parts, format="csr")
 
 
-def shifted(matrix: Matrix, amount: float) -> Matrix:
+def add_to_diagonal(matrix: Matrix, amount: float) -> Matrix:
     """A square matrix plus ``amount`` on its diagonal."""
     if not is_sparse(matrix):
         return matrix + amount * np.eye(matrix.shape[0])
@@ -60,7 +60,7 @@ def shifted(matrix: Matrix, amount: float) -> Matrix:
 
 
 def column_major(matrix: Matrix) -> Any:
-    """The same in the order of columns: a ``csc_matrix``, or an array in Fortran's order."""
+    """The matrix stored by columns: a ``csc_matrix``, or an array in Fortran's order."""
     if not is_sparse(matrix):
         return np.asfortranarray(matrix)
     import scipy.sparse as sp
@@ -68,19 +68,7 @@ def column_major(matrix: Matrix) -> Any:
     return sp.csc_matrix(matrix)
 
 
-def dense(matrix: Matrix) -> FloatArray:
-    """The same as a plain array."""
+def to_dense(matrix: Matrix) -> FloatArray:
+    """The matrix as an array."""
     plain: FloatArray = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
     return plain
-
-
-def split_convex(hessian: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-    """Convex part and minus the concave part of a matrix, None where there is none."""
-    if not np.any(hessian):
-        return hessian, None
-    values, vectors = np.linalg.eigh(hessian)
-    if values[0] >= -CONCAVE * max(1.0, abs(values[-1])) * len(values):
-        return hessian, None
-    concave = (vectors * np.maximum(-values, 0.0)) @ vectors.T
-    convex = hessian + concave
-    return 0.5 * (convex + convex.T), 0.5 * (concave + concave.T)

@@ -13,7 +13,7 @@ from tests.support.contact_problems import MASS, WEIGHT_IMPULSE, block, enumerat
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.contact_mode import ContactMode
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qpcc.contact.complementarity_form import to_general
 from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
@@ -129,7 +129,7 @@ def test_the_forward_problem_has_a_point_at_any_controls(seed: int) -> None:
     rng = np.random.default_rng(seed)
     turned = np.array([np.roll(BACKWARD, shift) for shift in rng.integers(8, size=6)])
     problem = replace(soft_body(seed, contacts=6, controls=6), factors=turned)
-    reduced = ReducedProblem(problem, PIQPBackend())
+    reduced = ReducedProblem(problem, PIQPSolver())
     for controls in reduced.lower + (reduced.upper - reduced.lower) * rng.random((5, 6)):
         found = forward_contact(reduced, controls)
         assert found is not None

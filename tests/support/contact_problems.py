@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
 from warp_softbody.controllers.qpcc import ContactQPCC, to_full, uniform_directions
 
@@ -81,13 +81,13 @@ def repeated(problem: ContactQPCC, contacts: list[int]) -> ContactQPCC:
 def enumerate_pairs(problem: ContactQPCC) -> float:
     """Least objective over all 2^pairs choices of a zero side in the full form, without pieces."""
     full, best = to_full(problem), np.inf
-    backend = PIQPBackend()
+    qp_solver = PIQPSolver()
     left, right = np.c_[full.L, full.l0], np.c_[full.R, full.r0]
     for choice in itertools.product((False, True), repeat=len(full.l0)):
         side = np.array(choice)
         zero, positive = left.copy(), right.copy()
         zero[side], positive[side] = right[side], left[side]
-        solution = backend.solve(
+        solution = qp_solver.solve(
             QPProblem(
                 P=full.Q,
                 c=full.c,

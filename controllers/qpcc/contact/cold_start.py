@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qpcc.contact.complementarity_form import force_map, to_general
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
 from warp_softbody.controllers.qpcc.contact.local_search import LocalMinimum, Search
 from warp_softbody.controllers.qpcc.contact.mode_qp import Node
 from warp_softbody.controllers.qpcc.general.penalty import SCHEDULES, close_pairs
-from warp_softbody.controllers.qpcc.general.piece_qp import OPEN, GeneralProblem
+from warp_softbody.controllers.qpcc.general.piece_qp import OPEN, ScaledQPCC
 from warp_softbody.controllers.qpcc.general.restarts import random_point
 
 COLD_SHARE = 0.5
@@ -41,7 +41,7 @@ def _penalty_points(search: Search, seed: int) -> list[tuple[FloatArray, FloatAr
     directions = len(problem.directions)
     block = np.r_[np.full(directions + 1, reduced.impulse), reduced.speed]
     size = np.r_[reduced.control_scale, np.tile(block, problem.contact_count)]
-    general = GeneralProblem(to_general(problem, size), PIQPBackend())
+    general = ScaledQPCC(to_general(problem, size), PIQPSolver())
     random = np.random.default_rng(seed)
     sides = np.full(len(general.l0), OPEN, np.int8)
     to_z, nu = force_map(problem), problem.control_count

@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.problem import Backend, QPProblem, QPStatus, polish
+from warp_softbody.controllers.qp.problem import QPProblem, QPSolver, QPStatus, polish
 from warp_softbody.controllers.qpcc.contact.mode_blocks import (
     ContactMaps,
     Elimination,
@@ -44,10 +44,10 @@ CONSISTENT = 1e-8
 class ReducedProblem:
     """A problem scaled once, from which the QP of any modes is built in a few matrix products."""
 
-    def __init__(self, problem: ContactQPCC, backend: Backend) -> None:
+    def __init__(self, problem: ContactQPCC, qp_solver: QPSolver) -> None:
         """Scale the problem and look up its pieces."""
         self.problem = problem
-        self.backend = backend
+        self.qp_solver = qp_solver
         self.qp_count = 0
         self.table: PieceTable = piece_table(problem)
         nu, k = problem.control_count, problem.contact_count
@@ -99,8 +99,8 @@ class ReducedProblem:
     ) -> Node | None:
         """The QP in the controls only."""
         objective = self.objective.eliminated(elimination)
-        headroom = math.inf if limit == math.inf else self._headroom(objective, limit)
-        if headroom < 0.0:
+        cutoff = math.inf if limit == math.inf else self._cutoff(objective, limit)
+        if cutoff < 0.0:
             return None
         rows = pieces.test(elimination.both)
         program = QPProblem(
@@ -112,15 +112,15 @@ class ReducedProblem:
             h=-rows[:, 0],
             lower=self.lower,
             upper=self.upper,
-            headroom=headroom,
+            cutoff=cutoff,
         )
         self.qp_count += 1
-        solution = self.backend.solve(program)
+        solution = self.qp_solver.solve(program)
         if solution.status is not QPStatus.SOLVED or solution.primal_residual > CONSISTENT:
             return None
         return self._reduced_node(modes, Origin(pieces, elimination, program, solution))
 
-    def _headroom(self, objective: Eliminated, limit: float) -> float:
+    def _cutoff(self, objective: Eliminated, limit: float) -> float:
         """From the least value without rows and bounds up to the limit, scaled."""
         least = objective.least
         if least is None:
@@ -196,7 +196,7 @@ class ReducedProblem:
         rows = pieces.test(np.concatenate(both, axis=1))
         free = np.full(count, np.inf)
         self.qp_count += 1
-        solution = self.backend.solve(
+        solution = self.qp_solver.solve(
             QPProblem(
                 P=lift.T @ self.objective.matrix() @ lift,
                 c=lift.T @ self.objective.c,

@@ -1,7 +1,7 @@
-"""The scaled objective of a contact problem, whole and with the forces eliminated.
+"""The scaled objective of a contact problem, and the same with the forces eliminated.
 
-It is kept as the matrix it is given by, or, where its Hessian is a diagonal and the squares of few
-rows, as these: with many controls a product then costs little, and so does a QP (``daqp_backend``).
+Its Hessian is kept as a matrix or, where it is known to be a diagonal plus one of low rank, in that
+form: with many controls a product then costs little, and so does a QP (``controllers.qp.daqp``).
 """
 
 from __future__ import annotations
@@ -11,7 +11,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.diagonal_plus_low_rank import Gram, lowest
+from warp_softbody.controllers.qp.diagonal_plus_low_rank import (
+    DiagonalPlusLowRank,
+    unconstrained_minimum,
+)
 from warp_softbody.controllers.qp.sparse_or_dense import Matrix
 from warp_softbody.controllers.qpcc.contact.mode_blocks import Elimination
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
@@ -34,8 +37,8 @@ class Eliminated(NamedTuple):
     @property
     def least(self) -> float | None:
         """The least value, without rows and bounds; None where P is not definite."""
-        depth = lowest(self.P, self.c)
-        return None if depth is None else self.constant - depth
+        least = unconstrained_minimum(self.P, self.c)
+        return None if least is None else self.constant + least
 
 
 class Quadratic(Protocol):
@@ -135,4 +138,4 @@ class _Squares:
         first, rows = elimination.outputs[:, 0], elimination.outputs[:, 1:]
         gradient = self.c[:nu] + self.c[nu:] @ forces + first @ rows
         constant = float(self.c[nu:] @ start) + 0.5 * float(first @ first)
-        return Eliminated(Gram(self._diagonal, rows), gradient, constant)
+        return Eliminated(DiagonalPlusLowRank(self._diagonal, rows), gradient, constant)

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.daqp_solver import DAQPBackend
+from warp_softbody.controllers.qp.daqp import DAQPSolver
 from warp_softbody.controllers.qpcc.contact.complementarity_form import full_point, residual
 from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
@@ -27,8 +27,8 @@ from warp_softbody.inputs import array_checks
 
 def new_search(problem: ContactQPCC, options: SolverOptions) -> Search:
     """A search over the problem, its clock started."""
-    backend = DAQPBackend(tolerance=options.qp_tolerance)
-    return Search(ReducedProblem(problem, backend), options)
+    qp_solver = DAQPSolver(tolerance=options.qp_tolerance)
+    return Search(ReducedProblem(problem, qp_solver), options)
 
 
 def scaled_controls(reduced: ReducedProblem, controls: FloatArray | None) -> FloatArray:

@@ -1,1 +1,1 @@
-"""The general QPCC."""
+"""The general form of a QPCC: penalty method, local search, branch and bound."""

@@ -1,9 +1,10 @@
-"""Sequential convex programming on the complementarity product.
+"""The penalty method: sequential convex programming on the complementarity product.
 
-The merit is ``f(x) + rho sum_i w_i left_i(x) right_i(x)`` over the relaxation (both sides
-nonnegative). Each step minimises f plus the product linearised at the present point, then goes the
-exactly best way towards that minimiser (the merit is quadratic along it); rho grows where a step
-gains nothing. Forcing some pairs' sides turns the same method into a repair of those choices.
+The merit function is ``f(x) + rho sum_i left_i(x) right_i(x)`` on the relaxation, where both sides
+are nonnegative. Each step minimises f plus the product linearised at the iterate, then makes an
+exact line search towards that minimiser (the merit is quadratic along it); the penalty weight rho
+grows where a step gains nothing. With the sides of some pairs fixed the same method repairs a
+choice of sides that has no point.
 """
 
 from __future__ import annotations
@@ -16,26 +17,26 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.problem import QPStatus
 from warp_softbody.controllers.qpcc.general.piece_qp import (
-    UNBOUNDED_PULL,
-    GeneralProblem,
-    Piece,
+    PROXIMAL_WEIGHT,
+    PieceSolution,
+    ScaledQPCC,
     Sides,
 )
 
 CLOSED = 1e-7
-"""Scaled sum of products below which every pair counts as closed."""
+"""Scaled complementarity product up to which every pair counts as closed."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class PenaltyOptions:
-    """How the weight of the product grows.
+class PenaltySchedule:
+    """How the penalty weight grows.
 
     Attributes:
-        first: weight of the product in the first step, on the scale of the objective.
-        growth: factor where a step gains little.
-        patience: relative predicted decrease of the merit below which that is so.
-        last: growth in all after which the method gives up.
-        most_qps: QPs in one run.
+        first: weight in the first step, on the scale of the objective.
+        growth: factor by which it grows after a step that gains little.
+        patience: relative predicted decrease of the merit below which a step gains little.
+        last: total growth after which the method gives up.
+        most_qps: most QPs in one run.
     """
 
     first: float = 1e-2
@@ -46,39 +47,39 @@ class PenaltyOptions:
 
 
 SCHEDULES = (
-    PenaltyOptions(),
-    PenaltyOptions(growth=4.0),
-    PenaltyOptions(first=1e-3, patience=0.03),
-    PenaltyOptions(first=1e-1),
+    PenaltySchedule(),
+    PenaltySchedule(growth=4.0),
+    PenaltySchedule(first=1e-3, patience=0.03),
+    PenaltySchedule(first=1e-1),
 )
-"""Penalty schedules from the relaxation, one a start; on hard problems each ends elsewhere."""
+"""Schedules of runs from the relaxation's minimiser; on hard problems each ends elsewhere."""
 
-SEEKING = tuple(PenaltyOptions(first=first, growth=4.0) for first in (1.0, 10.0, 100.0))
-"""Schedules while no point is known: the pairs first, the objective later."""
+SEEKING = tuple(PenaltySchedule(first=first, growth=4.0) for first in (1.0, 10.0, 100.0))
+"""Schedules while no feasible point is known: pairs are closed first, the objective comes later."""
 
-KICK = PenaltyOptions(first=0.1, growth=4.0, most_qps=20)
-"""Schedule of the repair after a pair was forced to its other side."""
+REPAIR = PenaltySchedule(first=0.1, growth=4.0, most_qps=20)
+"""Schedule of the repair after a pair was forced to its other side (a kick)."""
 
 
 def close_pairs(
-    general: GeneralProblem,
+    general: ScaledQPCC,
     start: FloatArray | None,
     sides: Sides,
-    options: PenaltyOptions,
+    options: PenaltySchedule,
     spent: Callable[[], bool],
 ) -> FloatArray | None:
-    """A point at which most pairs are closed; None where the relaxation fails.
+    """A point at which most pairs are closed, by the penalty method; None where a QP fails.
 
     Args:
         general: the problem.
-        start: first point, which need not be feasible; default the relaxation's minimiser.
-        sides: pairs forced from the beginning, the others OPEN.
-        options: schedule.
+        start: first iterate, which need not be feasible; default the relaxation's minimiser.
+        sides: fixed sides of some pairs, the others OPEN.
+        options: schedule of the penalty weight.
         spent: whether the budget is used up.
     """
     x = start
     if x is None:
-        relaxed = solve_bounded(general, sides)
+        relaxed = solve_with_proximal_term(general, sides)
         if relaxed is None:
             return None
         x = relaxed.x
@@ -89,31 +90,31 @@ def close_pairs(
         if product <= CLOSED or spent() or weight > options.last * options.first:
             return x
         slope = weight * (right @ general.L + left @ general.R)
-        step = solve_bounded(general, sides, linear=slope, near=x)
+        step = solve_with_proximal_term(general, sides, linear=slope, center=x)
         if step is None:
             return None
-        way = step.x - x
-        falling = float((general.Q @ x + general.c + slope) @ way)
-        bend = 0.5 * float(way @ (general.Q @ way))
-        bend += weight * float((general.L @ way) @ (general.R @ way))
-        length = 1.0 if bend <= 0.0 else min(1.0, -falling / (2.0 * bend))
+        direction = step.x - x
+        falling = float((general.Q @ x + general.c + slope) @ direction)
+        curvature = 0.5 * float(direction @ (general.Q @ direction))
+        curvature += weight * float((general.L @ direction) @ (general.R @ direction))
+        length = 1.0 if curvature <= 0.0 else min(1.0, -falling / (2.0 * curvature))
         if falling > -options.patience * (abs(general.value(x)) + weight * product):
             weight *= options.growth
         if length > 0.0:
-            x = x + length * way
+            x = x + length * direction
     return x
 
 
-def solve_bounded(
-    general: GeneralProblem,
+def solve_with_proximal_term(
+    general: ScaledQPCC,
     sides: Sides,
     *,
     linear: FloatArray | None = None,
-    near: FloatArray | None = None,
-) -> Piece | None:
-    """Solve, held back towards ``near`` where the QP alone is unbounded; None where it fails."""
-    piece = general.solve(sides, linear=linear, near=near)
+    center: FloatArray | None = None,
+) -> PieceSolution | None:
+    """Solve, with a proximal term at ``center`` where the QP is unbounded; None where it fails."""
+    piece = general.solve(sides, linear=linear, center=center)
     if piece.status in (QPStatus.UNBOUNDED, QPStatus.UNSOLVED):
-        at = np.zeros_like(general.c) if near is None else near
-        piece = general.solve(sides, linear=linear, near=at, pull=UNBOUNDED_PULL)
+        at = np.zeros_like(general.c) if center is None else center
+        piece = general.solve(sides, linear=linear, center=at, proximal=PROXIMAL_WEIGHT)
     return piece if piece.status is QPStatus.SOLVED else None

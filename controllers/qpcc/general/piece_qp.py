@@ -1,8 +1,9 @@
-"""Convex QPs over a general QPCC: one piece, a relaxation, or a step of the penalty method.
+"""Convex QPs over a general QPCC: on one piece, on a relaxation, or for a step of a penalty method.
 
-A piece is one choice, for every pair, of the side that is zero; the other one stays nonnegative. A
-relaxation leaves some pairs open: both sides nonnegative. Rows and objective are scaled once, so
-that one tolerance serves every row.
+The feasible set is a union of polyhedra, its pieces: a piece chooses for every complementarity
+pair the side that is zero, and the other side stays nonnegative. A relaxation leaves some pairs
+open, with both sides nonnegative. Rows and objective are scaled once, so that one tolerance serves
+every row.
 """
 
 from __future__ import annotations
@@ -14,45 +15,49 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.problem import (
-    Backend,
     QPMultipliers,
     QPProblem,
     QPSolution,
+    QPSolver,
     QPStatus,
 )
-from warp_softbody.controllers.qp.sparse_or_dense import dense, held, shifted, split_convex, stacked
-from warp_softbody.controllers.qpcc.general.problem import QPCC, sizes
+from warp_softbody.controllers.qp.sparse_or_dense import (
+    SPARSE_SIZE,
+    add_to_diagonal,
+    sparse_where_worthwhile,
+    stack_rows,
+    to_dense,
+)
+from warp_softbody.controllers.qpcc.general.convex_concave import convex_concave_split
+from warp_softbody.controllers.qpcc.general.problem import QPCC, row_scales
 
 Sides = npt.NDArray[np.int8]
-"""(p,): which side of every pair is zero."""
+"""(p,): which side of every pair is zero, LEFT or RIGHT, or OPEN where neither has to be."""
 
 OPEN, LEFT, RIGHT = -1, 0, 1
 
 CONCAVE_STEPS = 30
-"""Linearisations of the concave part of an indefinite Q in one piece."""
+"""Most linearisations of the concave part of an indefinite Q on one piece."""
 
-UNBOUNDED_PULL = 1e-4
-"""Curvature, scaled, that holds a step back where the QP alone would be unbounded."""
-
-FAR = 1e6
-"""Scaled distance beyond which a ray is looked for."""
+PROXIMAL_WEIGHT = 1e-4
+"""Scaled weight of the proximal term of a QP that is unbounded without one."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Piece:
-    """The answer of one QP over a problem whose pairs are closed by ``sides``.
+class PieceSolution:
+    """The answer of the QP on one piece or relaxation.
 
     Attributes:
-        sides: which side of every pair is zero, OPEN where neither must be.
-        x: the point.
+        sides: the piece, or relaxation where some are OPEN.
+        x: the minimiser.
         value: scaled objective, without the constant.
         status: of the QP.
         left: (p,), scaled ``L x + l0``.
         right: (p,), scaled ``R x + r0``.
-        left_multiplier: (p,), slope of the objective as the left side is raised.
-        right_multiplier: (p,).
-        solution: of the QP, whose objective was divided by
-        weight.
+        left_multiplier: (p,), derivative of the objective as the left side is raised.
+        right_multiplier: (p,), the same of the right side.
+        solution: of the QP.
+        objective_scale: by which the objective of that QP was divided.
     """
 
     sides: Sides
@@ -64,37 +69,54 @@ class Piece:
     left_multiplier: FloatArray
     right_multiplier: FloatArray
     solution: QPSolution
-    weight: float
+    objective_scale: float
 
 
-class GeneralProblem:
-    """A problem scaled once; counts the QPs that are asked of it."""
+class ScaledQPCC:
+    """A general QPCC with scaled rows and objective, which solves and counts the QPs on its pieces.
 
-    def __init__(self, problem: QPCC, backend: Backend) -> None:
-        """Scale rows and objective; split an indefinite Q into a convex and a concave part."""
+    Attributes:
+        problem: in its own units.
+        qp_count: QPs solved.
+        value_scale: of the objective, its largest coefficient.
+        Q: (n, n), scaled and symmetric.
+        c: (n,), scaled.
+        L: (p, n), scaled left sides; R, l0 and r0 likewise.
+        convex_part: (n, n), positive semidefinite, which is Q where that is.
+        concave_part: (n, n), what Q has less than it; None where Q is positive semidefinite.
+    """
+
+    def __init__(
+        self, problem: QPCC, qp_solver: QPSolver, *, sparse_above: int = SPARSE_SIZE
+    ) -> None:
+        """Scale rows and objective; split an indefinite Q into a convex and a concave part.
+
+        Matrices of more than ``sparse_above`` columns are sparse where that pays.
+        """
         self.problem = problem
-        self.backend = backend
+        self.qp_solver = qp_solver
         self.qp_count = 0
         over_left, over_right = problem.side_scales
-        over = sizes(problem.A, problem.b)
+        over = row_scales(problem.A, problem.b)
         used = np.isfinite(problem.h)
-        over_row = sizes(problem.G, problem.h)
+        over_row = row_scales(problem.G, problem.h)
         self.l0, self.r0 = problem.l0 / over_left, problem.r0 / over_right
         self._b, self._h = problem.b / over, -(problem.h / over_row)[used]
         self.value_scale = max(float(np.abs(problem.Q).max()), float(np.abs(problem.c).max()))
         self.value_scale = self.value_scale or 1.0
         hessian = 0.5 * (problem.Q + problem.Q.T) / self.value_scale
         self.c = problem.c / self.value_scale
-        convex, self.concave_part = split_convex(hessian)
+        convex, self.concave_part = convex_concave_split(hessian)
         self.Q = hessian
         self.L, self.R = problem.L / over_left[:, None], problem.R / over_right[:, None]
-        # What the QPs are put together from.
-        self.convex_part, self._L, self._R, self._A, self._G = held(
+        # The blocks of the QPs.
+        self.convex_part, self._L, self._R, self._A, self._G = sparse_where_worthwhile(
             convex,
             self.L,
             self.R,
             problem.A / over[:, None],
             -(problem.G / over_row[:, None])[used],
+            above=sparse_above,
         )
 
     def value(self, x: FloatArray) -> float:
@@ -106,7 +128,7 @@ class GeneralProblem:
         return self.L @ x + self.l0, self.R @ x + self.r0
 
     def nearest_sides(self, x: FloatArray) -> Sides:
-        """The smaller side of every pair as the one that is zero."""
+        """The piece nearest to a point: of every pair the smaller side is zero."""
         left, right = self.sides_at(x)
         return np.where(left <= right, LEFT, RIGHT).astype(np.int8)
 
@@ -115,22 +137,23 @@ class GeneralProblem:
         sides: Sides,
         *,
         linear: FloatArray | None = None,
-        near: FloatArray | None = None,
-        pull: float = 0.0,
-    ) -> Piece:
-        """Minimise over the pieces ``sides``, plus ``linear``' x and ``pull``/2 |x - near|^2.
+        center: FloatArray | None = None,
+        proximal: float = 0.0,
+    ) -> PieceSolution:
+        """Minimise on the piece ``sides`` with further terms in the objective.
 
-        ``near`` is also where the concave part of an indefinite Q is linearised first.
+        These are ``linear' x`` and the proximal term ``proximal / 2 |x - center|^2``. The
+        concave part of an indefinite Q is linearised at ``center`` first.
         """
         linear = np.zeros_like(self.c) if linear is None else linear
-        at = np.zeros_like(self.c) if near is None else near
-        piece = self._solve_once(sides, linear, at, pull)
+        at = np.zeros_like(self.c) if center is None else center
+        piece = self._solve_once(sides, linear, at, proximal)
         if self.concave_part is None:
             return piece
         for _ in range(CONCAVE_STEPS):
             if piece.status is not QPStatus.SOLVED:
                 break
-            following = self._solve_once(sides, linear, piece.x, pull)
+            following = self._solve_once(sides, linear, piece.x, proximal)
             settled = np.abs(following.x - piece.x).max() <= 1e-9 * (1.0 + np.abs(piece.x).max())
             piece = following
             if settled:
@@ -138,7 +161,11 @@ class GeneralProblem:
         return piece
 
     def unbounded_below(self, sides: Sides) -> bool:
-        """Whether a direction exists along which a convex objective falls without end."""
+        """Whether a piece has a direction along which a convex objective falls without end.
+
+        The direction minimises the linear term over the recession cone, cut off by a box, on which
+        the objective has no curvature.
+        """
         if self.concave_part is not None:
             return False
         free = np.zeros_like(self.c)
@@ -153,16 +180,16 @@ class GeneralProblem:
         curved = self.Q[np.linalg.norm(self.Q, axis=1) > 0.0]
         program = replace(
             program,
-            A=stacked([program.A, curved]),
+            A=stack_rows([program.A, curved]),
             b=np.zeros(len(program.b) + len(curved)),
             h=np.zeros_like(program.h),
         )
         self.qp_count += 1
-        ray = self.backend.solve(program)
+        ray = self.qp_solver.solve(program)
         return ray.status is QPStatus.SOLVED and ray.value < -1e-6
 
-    def exact(self, piece: Piece) -> FloatArray:
-        """The piece's point moved onto the rows that are active there, as far as they agree."""
+    def polish(self, piece: PieceSolution) -> FloatArray:
+        """The piece's point projected on the rows that are active there, by least squares."""
         x, lower, upper = piece.x, self.problem.lb, self.problem.ub
         zero_left, zero_right = piece.sides == LEFT, piece.sides == RIGHT
         at = (x <= lower) | (x >= upper)
@@ -171,10 +198,10 @@ class GeneralProblem:
         multipliers = piece.solution.multipliers.rows
         slack = np.concatenate([self._G @ x - self._h, piece.left[zero_right]])
         slack = np.concatenate([slack, piece.right[zero_left]])
-        kept = stacked([self._G, self._L[zero_right], self._R[zero_left]])
+        kept = stack_rows([self._G, self._L[zero_right], self._R[zero_left]])
         shift = np.concatenate([-self._h, self.l0[zero_right], self.r0[zero_left]])
         active = (slack < multipliers) | (slack < 0.0)
-        matrix = dense(stacked([*rows, kept[active]]))
+        matrix = to_dense(stack_rows([*rows, kept[active]]))
         miss = matrix @ x + np.concatenate([*offsets, shift[active]])
         if not len(miss):
             return x
@@ -184,17 +211,19 @@ class GeneralProblem:
         clipped: FloatArray = np.clip(moved, lower, upper)
         return clipped
 
-    def _solve_once(self, sides: Sides, linear: FloatArray, near: FloatArray, pull: float) -> Piece:
+    def _solve_once(
+        self, sides: Sides, linear: FloatArray, center: FloatArray, proximal: float
+    ) -> PieceSolution:
         self.qp_count += 1
-        program = self._program(sides, linear, near, pull)
+        program = self._program(sides, linear, center, proximal)
         # A heavy linear term would put the residuals that count as solved out of reach.
         size = max(1.0, float(np.abs(program.c).max()))
-        solution = self.backend.solve(replace(program, P=program.P / size, c=program.c / size))
+        solution = self.qp_solver.solve(replace(program, P=program.P / size, c=program.c / size))
         x = solution.x
         left, right = self.sides_at(x)
         multipliers = _pair_multipliers(sides, solution.multipliers, len(self._b), len(self._h))
         value = self.value(x) if np.all(np.isfinite(x)) else np.inf
-        return Piece(
+        return PieceSolution(
             sides=sides,
             x=x,
             value=value,
@@ -204,25 +233,25 @@ class GeneralProblem:
             left_multiplier=size * multipliers[0],
             right_multiplier=size * multipliers[1],
             solution=solution,
-            weight=size,
+            objective_scale=size,
         )
 
     def _program(
-        self, sides: Sides, linear: FloatArray, near: FloatArray, pull: float
+        self, sides: Sides, linear: FloatArray, center: FloatArray, proximal: float
     ) -> QPProblem:
         zero_left, zero_right = sides == LEFT, sides == RIGHT
         hessian, gradient = self.convex_part, self.c + linear
         if self.concave_part is not None:
-            gradient = gradient - self.concave_part @ near
-        if pull > 0.0:
-            hessian = shifted(hessian, pull)
-            gradient = gradient - pull * near
+            gradient = gradient - self.concave_part @ center
+        if proximal > 0.0:
+            hessian = add_to_diagonal(hessian, proximal)
+            gradient = gradient - proximal * center
         return QPProblem(
             P=hessian,
             c=gradient,
-            A=stacked([self._A, self._L[zero_left], self._R[zero_right]]),
+            A=stack_rows([self._A, self._L[zero_left], self._R[zero_right]]),
             b=np.concatenate([self._b, -self.l0[zero_left], -self.r0[zero_right]]),
-            G=stacked([self._G, self._L[~zero_left], self._R[~zero_right]]),
+            G=stack_rows([self._G, self._L[~zero_left], self._R[~zero_right]]),
             h=np.concatenate([self._h, -self.l0[~zero_left], -self.r0[~zero_right]]),
             lower=self.problem.lb,
             upper=self.problem.ub,
@@ -232,7 +261,7 @@ class GeneralProblem:
 def _pair_multipliers(
     sides: Sides, multipliers: QPMultipliers, equations: int, rows: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Multipliers of both sides of every pair, in the order of the pairs."""
+    """The multipliers of both sides of every pair, in the order of the pairs."""
     zero_left, zero_right = sides == LEFT, sides == RIGHT
     left, right = np.zeros(len(sides)), np.zeros(len(sides))
     split = equations + int(zero_left.sum())

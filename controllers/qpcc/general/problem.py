@@ -1,9 +1,10 @@
-"""The general QPCC: convex (or nearly convex) quadratic programs with complementarity pairs.
+"""The general form of a quadratic program with complementarity constraints (QPCC).
 
     minimise 1/2 x'Qx + c'x + c0
     subject to A x = b,  G x <= h,  lb <= x <= ub,  0 <= L x + l0  _|_  R x + r0 >= 0
 
-Equation 11 of docs/method.md is one instance; ``full_form.to_full`` writes it out.
+The control problem of a step, equation 11 of docs/method.md, is one instance, which
+``contact.complementarity_form.to_general`` writes out.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from warp_softbody.inputs.records import FrozenValue
 
 
 def _absent() -> FloatArray:
-    """Stands for rows or bounds that the problem does not have."""
+    """The default of rows and bounds that a problem does not have."""
     return np.zeros(0)
 
 
@@ -113,8 +114,8 @@ class QPCC(FrozenValue):
 
     @cached_property
     def side_scales(self) -> tuple[FloatArray, FloatArray]:
-        """Largest number in every row of (L, l0) and of (R, r0); 1 where all are zero."""
-        return sizes(self.L, self.l0), sizes(self.R, self.r0)
+        """The scales of the rows of (L, l0) and of (R, r0), see ``row_scales``."""
+        return row_scales(self.L, self.l0), row_scales(self.R, self.r0)
 
     def sides(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``L x + l0`` and ``R x + r0``."""
@@ -127,16 +128,16 @@ class QPCC(FrozenValue):
         return float(x @ (0.5 * (self.Q @ x) + self.c)) + self.c0
 
     def complementarity(self, x: FloatArray) -> float:
-        """Largest ``|min(left, right)|`` over the pairs, rows divided by their largest number."""
+        """Largest ``|min(left, right)|`` over the pairs, each side divided by its scale."""
         (left, right), (over_left, over_right) = self.sides(x), self.side_scales
         least = np.minimum(left / over_left, right / over_right)
         return float(np.abs(least).max(initial=0.0))
 
     def feasibility(self, x: FloatArray) -> float:
-        """Largest violation of an equation, inequality or bound, rows divided likewise."""
+        """Largest violation of an equation, inequality or bound, rows divided by their scales."""
         equations, rows = self.A, self.G
-        off = np.abs(equations @ x - self.b) / sizes(equations, self.b)
-        over = (rows @ x - self.h) / sizes(rows, self.h)
+        off = np.abs(equations @ x - self.b) / row_scales(equations, self.b)
+        over = (rows @ x - self.h) / row_scales(rows, self.h)
         out = np.maximum(self.lb - x, x - self.ub)
         return max(0.0, *(float(part.max(initial=0.0)) for part in (off, over, out)))
 
@@ -170,8 +171,8 @@ class QPCC(FrozenValue):
             raise InputError("QPCC Q must be symmetric")
 
 
-def sizes(rows: FloatArray, offset: FloatArray) -> FloatArray:
-    """Largest coefficient of every row, or its offset where that is all it has."""
+def row_scales(rows: FloatArray, offset: FloatArray) -> FloatArray:
+    """Largest coefficient of every row, its constant where all are zero, and 1 if that is too."""
     size: FloatArray = np.abs(rows).max(axis=1, initial=0.0)
     constant = np.abs(np.where(np.isfinite(offset), offset, 0.0))
     size = np.where(size > 0.0, size, constant)

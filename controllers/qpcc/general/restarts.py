@@ -1,4 +1,4 @@
-"""Where a search of a general QPCC goes: its start, restarts and kicks, open pairs closed again."""
+"""Starts, restarts and perturbations of the local search of a general QPCC."""
 
 from __future__ import annotations
 
@@ -9,42 +9,45 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.problem import QPStatus
 from warp_softbody.controllers.qpcc.general.penalty import (
-    KICK,
+    REPAIR,
     SCHEDULES,
     SEEKING,
-    PenaltyOptions,
+    PenaltySchedule,
     close_pairs,
-    solve_bounded,
+    solve_with_proximal_term,
 )
 from warp_softbody.controllers.qpcc.general.piece_qp import (
     LEFT,
     OPEN,
     RIGHT,
-    GeneralProblem,
-    Piece,
+    PieceSolution,
+    ScaledQPCC,
     Sides,
 )
 from warp_softbody.controllers.qpcc.general.search import TOUCHING, GeneralSearch
 
 
-def begin(search: GeneralSearch, start: FloatArray | None, sides: Sides | None) -> None:
-    """Descend from a point, from a piece, or from the relaxation."""
+def initialize(search: GeneralSearch, start: FloatArray | None, sides: Sides | None) -> None:
+    """Descend from a given point or piece, or from the end of a penalty run.
+
+    Where neither has a point, the relaxation of all pairs tells whether the problem is infeasible.
+    """
     if start is not None:
         sides = search.general.nearest_sides(start)
-    root = None if sides is None else search.visit(sides, near=start)
+    root = None if sides is None else search.visit(sides, center=start)
     if root is not None:
-        search.keep(root)
+        search.record(root)
     else:
         _from_point(search, start)
-    if search.best is None and not search.verdict.unbounded and not search.spent():
+    if search.best is None and not search.status.unbounded and not search.spent():
         relaxed = search.general.solve(np.full(len(search.general.l0), OPEN, np.int8))
-        search.verdict.infeasible = relaxed.status is QPStatus.INFEASIBLE
+        search.status.infeasible = relaxed.status is QPStatus.INFEASIBLE
 
 
 def restart(search: GeneralSearch) -> None:
-    """Penalty runs on other schedules, then from random weights of the pairs.
+    """Penalty runs by other schedules, then from random weights of the pairs.
 
-    While no point is known they go on until the budget ends, and with the heavier weights.
+    While no feasible point is known they go on until the budget ends, with heavier weights.
     """
     runs = itertools.count(1)
     while not search.spent():
@@ -61,8 +64,8 @@ def restart(search: GeneralSearch) -> None:
         _from_point(search, start, options)
 
 
-def kick(search: GeneralSearch) -> None:
-    """Force single pairs of the best piece to their other side, and repair the rest."""
+def perturb(search: GeneralSearch) -> None:
+    """Force single pairs of the best piece to their other side, and repair the others (kicks)."""
     tried: set[tuple[bytes, int]] = set()
     for _ in range(search.options.kicks):
         if search.best is None or search.spent():
@@ -76,41 +79,41 @@ def kick(search: GeneralSearch) -> None:
         tried.add((key, pair))
         sides = base.sides.copy()
         sides[pair] = RIGHT if sides[pair] == LEFT else LEFT
-        found = search.visit(sides, near=base.x)
+        found = search.visit(sides, center=base.x)
         if found is not None:
-            search.keep(found)
+            search.record(found)
             continue
         forced = np.full(len(sides), OPEN, np.int8)
         forced[pair] = sides[pair]
-        repair(search, forced, base.x, KICK)
+        repair(search, forced, base.x, REPAIR)
 
 
 def repair(
     search: GeneralSearch,
     sides: Sides,
-    near: FloatArray | None,
-    options: PenaltyOptions = SCHEDULES[0],
-) -> Piece | None:
-    """Close the open pairs by the penalty method from ``near``, then descend."""
-    x = close_pairs(search.general, near, sides, options, search.spent)
+    center: FloatArray | None,
+    options: PenaltySchedule = SCHEDULES[0],
+) -> PieceSolution | None:
+    """Close the open pairs by the penalty method from ``center``, then descend."""
+    x = close_pairs(search.general, center, sides, options, search.spent)
     if x is None:
         return None
     chosen = search.general.nearest_sides(x)
-    piece = search.visit(np.where(sides == OPEN, chosen, sides).astype(np.int8), near=x)
+    piece = search.visit(np.where(sides == OPEN, chosen, sides).astype(np.int8), center=x)
     if piece is None:
-        piece = _resolve(search, x, sides)
-    return None if piece is None else search.keep(piece)
+        piece = _close_one_by_one(search, x, sides)
+    return None if piece is None else search.record(piece)
 
 
-def _resolve(search: GeneralSearch, x: FloatArray, sides: Sides) -> Piece | None:
-    """Sides of pairs that are clear at x; the unclear ones closed one after another."""
+def _close_one_by_one(search: GeneralSearch, x: FloatArray, sides: Sides) -> PieceSolution | None:
+    """The piece of the pairs whose sides are clear at x, the other pairs closed one by one."""
     left, right = search.general.sides_at(x)
     chosen = search.general.nearest_sides(x)
     unclear = np.flatnonzero((np.maximum(left, right) <= 1e-3) & (sides == OPEN))
     trial = np.where(sides == OPEN, chosen, sides).astype(np.int8)
     trial[unclear] = OPEN
     while not search.spent():
-        piece = search.general.solve(trial, near=x)
+        piece = search.general.solve(trial, center=x)
         if piece.status is not QPStatus.SOLVED:
             return None
         x = piece.x
@@ -128,23 +131,23 @@ def _resolve(search: GeneralSearch, x: FloatArray, sides: Sides) -> Piece | None
 
 
 def _from_point(
-    search: GeneralSearch, start: FloatArray | None, options: PenaltyOptions = SCHEDULES[0]
-) -> Piece | None:
+    search: GeneralSearch, start: FloatArray | None, options: PenaltySchedule = SCHEDULES[0]
+) -> PieceSolution | None:
     return repair(search, np.full(len(search.general.l0), OPEN, np.int8), start, options)
 
 
-def _kick_order(piece: Piece) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Pairs by what freeing their zero side would gain at first order."""
+def _kick_order(piece: PieceSolution) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Pairs in the order of what freeing their zero side gains at first order."""
     slope = np.where(piece.sides == LEFT, piece.left_multiplier, piece.right_multiplier)
     return np.argsort(slope, kind="stable")
 
 
 def random_point(
-    general: GeneralProblem, random: np.random.Generator, options: PenaltyOptions
+    general: ScaledQPCC, random: np.random.Generator, options: PenaltySchedule
 ) -> FloatArray | None:
-    """Where the objective plus random multiples of all sides is least."""
+    """The minimiser of the objective plus random multiples of all sides, on the relaxation."""
     count = len(general.l0)
     on_left, on_right = options.first * random.uniform(0.1, 1.0, size=(2, count))
     linear = on_left @ general.L + on_right @ general.R
-    piece = solve_bounded(general, np.full(count, OPEN, np.int8), linear=linear)
+    piece = solve_with_proximal_term(general, np.full(count, OPEN, np.int8), linear=linear)
     return None if piece is None else piece.x

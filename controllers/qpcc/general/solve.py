@@ -1,4 +1,4 @@
-"""``solve_qpcc`` and ``enumerate_qpcc`` for the general form."""
+"""The solvers of the general form, and what their result claims."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qpcc.general.branch_and_bound import branch_and_bound
-from warp_softbody.controllers.qpcc.general.piece_qp import LEFT, GeneralProblem, Piece, Sides
-from warp_softbody.controllers.qpcc.general.problem import QPCC, sizes
-from warp_softbody.controllers.qpcc.general.restarts import begin, kick, restart
+from warp_softbody.controllers.qpcc.general.piece_qp import LEFT, PieceSolution, ScaledQPCC, Sides
+from warp_softbody.controllers.qpcc.general.problem import QPCC, row_scales
+from warp_softbody.controllers.qpcc.general.restarts import initialize, perturb, restart
 from warp_softbody.controllers.qpcc.general.search import GeneralSearch
 from warp_softbody.controllers.qpcc.result import (
     GeneralMultipliers,
@@ -24,10 +24,10 @@ from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 
 BRANCH_PAIRS = 40
-"""Pairs up to which branch and bound is tried without a start."""
+"""Most pairs with which branch and bound is tried where no start is given."""
 
 BRANCH_SHARE = 0.5
-"""Share of the budget that it may use."""
+"""Share of the budget of QPs that branch and bound may use."""
 
 UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
 
@@ -35,19 +35,19 @@ UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
 def solve_general(
     problem: QPCC, start: Sequence[int] | FloatArray | None, options: SolverOptions, seed: int
 ) -> GeneralResult:
-    """Look for the best point; see ``solver.solve_qpcc``."""
+    """Search for the best point (``solve_qpcc``)."""
     search = _search(problem, options, seed)
-    begin(search, *_start(problem, start))
+    initialize(search, *_start(problem, start))
     if options.starts and problem.pair_count <= BRANCH_PAIRS and not search.settled:
         branch_and_bound(search, int(BRANCH_SHARE * options.max_qps))
     if not search.settled:
         restart(search)
-        kick(search)
+        perturb(search)
     return _finish(search)
 
 
 def enumerate_general(problem: QPCC) -> GeneralResult:
-    """The global minimum, by branch and bound over the sides of all pairs."""
+    """The global minimum by branch and bound (``enumerate_qpcc``)."""
     search = _search(problem, SolverOptions(max_qps=10**9), 0)
     if search.general.concave_part is not None:
         raise InputError("enumeration needs a positive semidefinite Q")
@@ -57,14 +57,14 @@ def enumerate_general(problem: QPCC) -> GeneralResult:
 
 def _search(problem: QPCC, options: SolverOptions, seed: int) -> GeneralSearch:
     # Sizes and scales of general problems vary more than three sweeps of equilibration mend.
-    backend = PIQPBackend(tolerance=options.qp_tolerance, settings={"preconditioner_iter": 10})
-    return GeneralSearch(GeneralProblem(problem, backend), options, seed)
+    qp_solver = PIQPSolver(tolerance=options.qp_tolerance, settings={"preconditioner_iter": 10})
+    return GeneralSearch(ScaledQPCC(problem, qp_solver), options, seed)
 
 
 def _start(
     problem: QPCC, start: Sequence[int] | FloatArray | None
 ) -> tuple[FloatArray | None, Sides | None]:
-    """A point, or sides."""
+    """What a start gives: a point, a piece, or neither."""
     if start is None:
         return None, None
     wanted = f"{problem.pair_count} sides, 0 or 1, or {problem.variable_count} finite numbers"
@@ -90,7 +90,7 @@ def _finish(search: GeneralSearch) -> GeneralResult:
     multipliers, stationarity = None, np.nan
     sides = np.zeros(problem.pair_count, np.int8)
     if best is not None:
-        x, sides = general.exact(best), best.sides
+        x, sides = general.polish(best), best.sides
         if status is not QPCCStatus.UNBOUNDED:
             multipliers = _multipliers(general, best)
             stationarity = _stationarity(general, x, multipliers, sides)
@@ -113,29 +113,29 @@ def _finish(search: GeneralSearch) -> GeneralResult:
 
 
 def _status(search: GeneralSearch) -> QPCCStatus:
-    verdict = search.verdict
-    if verdict.unbounded:
+    known = search.status
+    if known.unbounded:
         return QPCCStatus.UNBOUNDED
     if search.best is None:
-        return QPCCStatus.INFEASIBLE if verdict.infeasible else QPCCStatus.NO_POINT
-    if verdict.certified:
+        return QPCCStatus.INFEASIBLE if known.infeasible else QPCCStatus.NO_POINT
+    if known.certified:
         return QPCCStatus.GLOBAL
-    if verdict.stationary:
+    if known.stationary:
         return QPCCStatus.STRONGLY_STATIONARY
-    return QPCCStatus.NO_IMPROVING_FLIP if verdict.complete else QPCCStatus.BUDGET
+    return QPCCStatus.NO_IMPROVING_FLIP if known.complete else QPCCStatus.BUDGET
 
 
-def _multipliers(general: GeneralProblem, piece: Piece) -> GeneralMultipliers:
-    """Of the piece's QP, in the problem's own units."""
-    problem, scale = general.problem, general.value_scale * piece.weight
+def _multipliers(general: ScaledQPCC, piece: PieceSolution) -> GeneralMultipliers:
+    """The multipliers of the piece's QP in the problem's own units."""
+    problem, scale = general.problem, general.value_scale * piece.objective_scale
     known = piece.solution.multipliers
     inequalities = np.zeros(len(problem.h))
     used = np.isfinite(problem.h)
     inequalities[used] = known.rows[: int(used.sum())]
     over_left, over_right = problem.side_scales
     return GeneralMultipliers(
-        equalities=scale * known.equalities[: len(problem.b)] / sizes(problem.A, problem.b),
-        inequalities=scale * inequalities / sizes(problem.G, problem.h),
+        equalities=scale * known.equalities[: len(problem.b)] / row_scales(problem.A, problem.b),
+        inequalities=scale * inequalities / row_scales(problem.G, problem.h),
         lower=scale * known.lower,
         upper=scale * known.upper,
         left=general.value_scale * piece.left_multiplier / over_left,
@@ -144,9 +144,9 @@ def _multipliers(general: GeneralProblem, piece: Piece) -> GeneralMultipliers:
 
 
 def _stationarity(
-    general: GeneralProblem, x: FloatArray, multipliers: GeneralMultipliers, sides: Sides
+    general: ScaledQPCC, x: FloatArray, multipliers: GeneralMultipliers, sides: Sides
 ) -> float:
-    """Largest entry of the Lagrangian's gradient, and of wrong signs, over the objective's size."""
+    """Largest entry of the Lagrangian's gradient or of a wrong sign, relative to the objective."""
     problem = general.problem
     gradient = problem.Q @ x + problem.c - multipliers.equalities @ problem.A
     gradient += multipliers.inequalities @ problem.G - multipliers.lower + multipliers.upper

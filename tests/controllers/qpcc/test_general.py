@@ -13,10 +13,9 @@ from scipy.linalg import block_diag
 from scipy.sparse import issparse
 
 from warp_softbody.controllers import QPCC, QPCCStatus, enumerate_qpcc, solve_qpcc
-from warp_softbody.controllers.qp import sparse_or_dense as rows
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
-from warp_softbody.controllers.qpcc.general.piece_qp import OPEN, GeneralProblem
+from warp_softbody.controllers.qpcc.general.piece_qp import OPEN, ScaledQPCC
 from warp_softbody.controllers.qpcc.result import GeneralMultipliers, SolverOptions
 from warp_softbody.errors import InputError
 
@@ -53,12 +52,12 @@ def random_problem(seed: int, *, n: int = 6, p: int = 5, rank: int | None = None
 
 def brute_force(problem: QPCC) -> float:
     """Least objective over all 2^p choices of zero sides, one QP each."""
-    best, backend = np.inf, PIQPBackend()
+    best, qp_solver = np.inf, PIQPSolver()
     for choice in itertools.product((False, True), repeat=problem.pair_count):
         side = np.array(choice)
         zero = np.where(side[:, None], problem.R, problem.L)
         kept = np.where(side[:, None], problem.L, problem.R)
-        solution = backend.solve(
+        solution = qp_solver.solve(
             QPProblem(
                 P=problem.Q,
                 c=problem.c,
@@ -225,7 +224,7 @@ def test_an_indefinite_objective_gives_a_point_and_claims_no_more() -> None:
         enumerate_qpcc(problem)
 
 
-def test_sparse_matrices_give_what_dense_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sparse_matrices_give_what_dense_ones_do() -> None:
     """Thirty small problems side by side: 330 variables, few of whose entries are not zero."""
     parts = [random_problem(seed) for seed in range(30)]
     blocks = {
@@ -237,20 +236,19 @@ def test_sparse_matrices_give_what_dense_ones_do(monkeypatch: pytest.MonkeyPatch
     }
     problem = QPCC(**(blocks | vectors))
     open_pairs = np.full(problem.pair_count, OPEN, np.int8)
-    sparse = GeneralProblem(problem, PIQPBackend())
+    sparse = ScaledQPCC(problem, PIQPSolver())
     assert issparse(sparse.convex_part)
-    monkeypatch.setattr(rows, "SPARSE_SIZE", 1000)
-    dense = GeneralProblem(problem, PIQPBackend())
+    dense = ScaledQPCC(problem, PIQPSolver(), sparse_above=1000)
     assert not issparse(dense.convex_part)
     closed = dense.nearest_sides(np.concatenate([solve_qpcc(part).x for part in parts]))
-    for sides, pull in itertools.product((open_pairs, closed), (0.0, 0.1)):
-        near = np.ones(problem.variable_count)
-        one = sparse.solve(sides, near=near, pull=pull)
-        other = dense.solve(sides, near=near, pull=pull)
+    for sides, proximal in itertools.product((open_pairs, closed), (0.0, 0.1)):
+        center = np.ones(problem.variable_count)
+        one = sparse.solve(sides, center=center, proximal=proximal)
+        other = dense.solve(sides, center=center, proximal=proximal)
         assert one.status is other.status is QPStatus.SOLVED
         # Both accept scaled residuals and gaps of 1e-6 at most.
         np.testing.assert_allclose(one.value, other.value, rtol=2e-6, atol=2e-6)
-    assert problem.feasibility(sparse.exact(sparse.solve(closed))) < 1e-8
+    assert problem.feasibility(sparse.polish(sparse.solve(closed))) < 1e-8
 
 
 def test_without_pairs_it_is_a_qp() -> None:

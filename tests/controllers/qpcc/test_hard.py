@@ -17,8 +17,8 @@ from warp_softbody.controllers import (
     solve_static,
     to_general,
 )
-from warp_softbody.controllers.qp.daqp_solver import DAQPBackend
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.daqp import DAQPSolver
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
 from warp_softbody.errors import InputError
 
@@ -165,9 +165,9 @@ def test_a_cold_start_is_seldom_worse_than_a_kicked_one() -> None:
 
 
 @pytest.mark.parametrize("contacts", [2, 8])
-def test_the_two_backends_agree(contacts: int) -> None:
+def test_the_two_qp_solvers_agree(contacts: int) -> None:
     problem = soft_body(1, contacts=contacts, controls=16)
-    fast, slow = (ReducedProblem(problem, b) for b in (DAQPBackend(), PIQPBackend()))
+    fast, slow = (ReducedProblem(problem, b) for b in (DAQPSolver(), PIQPSolver()))
     rng = np.random.default_rng(0)
     for _ in range(30):
         modes = tuple(int(mode) for mode in rng.integers(0, 18, size=contacts))
@@ -178,8 +178,8 @@ def test_the_two_backends_agree(contacts: int) -> None:
             np.testing.assert_allclose(here.value, there.value, rtol=1e-6, atol=1e-6)
 
 
-def test_unknown_settings_of_the_second_backend_are_refused() -> None:
+def test_unknown_settings_of_daqp_are_refused() -> None:
     with pytest.raises(InputError, match="no setting"):
-        DAQPBackend(settings={"max_itre": 3})
+        DAQPSolver(settings={"max_itre": 3})
     with pytest.raises(InputError, match="cannot be"):
-        DAQPBackend(settings={"iter_limit": "many"})
+        DAQPSolver(settings={"iter_limit": "many"})

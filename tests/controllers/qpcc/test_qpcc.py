@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.contact_problems import MASS, WEIGHT_IMPULSE, block
 from warp_softbody.contact_mode import ContactMode
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
 from warp_softbody.controllers.qpcc.contact.complementarity_form import (
     complementarity,
@@ -165,9 +165,9 @@ def test_unusable_calls_are_refused() -> None:
     with pytest.raises(InputError, match="max_qps"):
         SolverOptions(max_qps=0)
     with pytest.raises(InputError, match="no setting"):
-        PIQPBackend(settings={"max_itre": 3})
+        PIQPSolver(settings={"max_itre": 3})
     with pytest.raises(InputError, match="cannot be"):
-        PIQPBackend(settings={"max_iter": "many"})
+        PIQPSolver(settings={"max_iter": "many"})
 
 
 def test_an_infeasible_static_root_falls_back_to_the_forward_solution() -> None:
@@ -181,7 +181,7 @@ def test_an_infeasible_static_root_falls_back_to_the_forward_solution() -> None:
     assert limited.complementarity < 1e-8
 
 
-def test_the_backend_says_infeasible_and_checks_its_own_answers() -> None:
+def test_piqp_says_infeasible_and_checks_its_own_answers() -> None:
     box: dict[str, Any] = {
         "P": np.eye(2),
         "c": np.array([-1.0, 0.0]),
@@ -191,15 +191,13 @@ def test_the_backend_says_infeasible_and_checks_its_own_answers() -> None:
         "upper": np.array([np.inf, np.inf]),
     }
     row = np.array([[1.0, 1.0]])
-    solved = PIQPBackend().solve(QPProblem(**box, G=-row, h=np.array([-0.5])))
+    solved = PIQPSolver().solve(QPProblem(**box, G=-row, h=np.array([-0.5])))
     assert solved.status is QPStatus.SOLVED
     np.testing.assert_allclose(solved.x, [0.75, -0.25], atol=1e-8)
     np.testing.assert_allclose(solved.multipliers.rows, [0.25], atol=1e-8)
     crossed = QPProblem(**box, G=np.vstack([row, -row]), h=np.array([1.0, 1.0]))
-    assert PIQPBackend().solve(crossed).status is QPStatus.INFEASIBLE
-    early = PIQPBackend(settings={"max_iter": 1}).solve(
-        QPProblem(**box, G=-row, h=np.array([-0.5]))
-    )
+    assert PIQPSolver().solve(crossed).status is QPStatus.INFEASIBLE
+    early = PIQPSolver(settings={"max_iter": 1}).solve(QPProblem(**box, G=-row, h=np.array([-0.5])))
     assert early.status is QPStatus.UNSOLVED
 
 

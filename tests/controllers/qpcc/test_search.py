@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.contact_problems import enumerate_pairs, soft_body
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qpcc.contact.complementarity_form import (
     complementarity,
     force_map,
@@ -183,7 +183,7 @@ def test_without_time_the_forward_point_is_returned() -> None:
 def test_the_forward_problem_is_solved_at_any_controls() -> None:
     for seed, contacts in itertools.product(range(15), (1, 4, 8)):
         problem = soft_body(seed, contacts=contacts, controls=10)
-        reduced = ReducedProblem(problem, PIQPBackend())
+        reduced = ReducedProblem(problem, PIQPSolver())
         controls = np.random.default_rng(seed).uniform(-1.0, 1.0, size=10)
         found = forward_contact(reduced, controls)
         assert found is not None

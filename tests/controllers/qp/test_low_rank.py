@@ -9,9 +9,12 @@ import pytest
 
 from tests.support.contact_problems import soft_body
 from warp_softbody.controllers import ContactQPCC, solve_qpcc
-from warp_softbody.controllers.qp.daqp_solver import DAQPBackend
-from warp_softbody.controllers.qp.diagonal_plus_low_rank import Gram, lowest
-from warp_softbody.controllers.qp.piqp_solver import PIQPBackend
+from warp_softbody.controllers.qp.daqp import DAQPSolver
+from warp_softbody.controllers.qp.diagonal_plus_low_rank import (
+    DiagonalPlusLowRank,
+    unconstrained_minimum,
+)
+from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
 from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
 from warp_softbody.errors import InputError
@@ -32,7 +35,7 @@ def with_squares(problem: ContactQPCC) -> ContactQPCC:
 @pytest.mark.parametrize("contacts", [1, 4])
 def test_every_choice_of_modes_has_the_same_minimum(contacts: int) -> None:
     plain = soft_body(3, contacts=contacts, controls=40)
-    one, other = (ReducedProblem(p, DAQPBackend()) for p in (plain, with_squares(plain)))
+    one, other = (ReducedProblem(p, DAQPSolver()) for p in (plain, with_squares(plain)))
     rng = np.random.default_rng(0)
     for _ in range(30):
         modes = tuple(int(mode) for mode in rng.integers(0, 18, size=contacts))
@@ -47,7 +50,7 @@ def test_every_choice_of_modes_has_the_same_minimum(contacts: int) -> None:
 
 def test_a_limit_ends_the_same_solves_early() -> None:
     plain = soft_body(5, contacts=4, controls=40)
-    one, other = (ReducedProblem(p, DAQPBackend()) for p in (plain, with_squares(plain)))
+    one, other = (ReducedProblem(p, DAQPSolver()) for p in (plain, with_squares(plain)))
     rng = np.random.default_rng(0)
     refused = 0
     for _ in range(30):
@@ -70,22 +73,23 @@ def test_a_whole_solve_is_the_same() -> None:
         assert other.complementarity < 1e-9 and other.stationarity < 1e-9
 
 
-def test_a_gram_matrix_is_what_it_says() -> None:
+def test_a_matrix_of_a_diagonal_and_low_rank_is_what_it_says() -> None:
     rng = np.random.default_rng(1)
-    gram, c = Gram(rng.uniform(0.1, 2.0, 12), rng.normal(size=(3, 12))), rng.normal(size=12)
-    whole = np.diag(gram.diagonal) + gram.rows.T @ gram.rows
-    np.testing.assert_allclose(gram.toarray(), whole, atol=1e-14)
-    np.testing.assert_allclose(gram @ c, whole @ c, atol=1e-13)
-    depth = 0.5 * c @ np.linalg.solve(whole, c)
-    for matrix in (gram, whole):
-        assert lowest(matrix, c) == pytest.approx(depth, rel=1e-12)
+    matrix = DiagonalPlusLowRank(rng.uniform(0.1, 2.0, 12), rng.normal(size=(3, 12)))
+    c = rng.normal(size=12)
+    whole = np.diag(matrix.diagonal) + matrix.factor.T @ matrix.factor
+    np.testing.assert_allclose(matrix.toarray(), whole, atol=1e-14)
+    np.testing.assert_allclose(matrix @ c, whole @ c, atol=1e-13)
+    least = -0.5 * c @ np.linalg.solve(whole, c)
+    for form in (matrix, whole):
+        assert unconstrained_minimum(form, c) == pytest.approx(least, rel=1e-12)
 
 
-def test_both_backends_take_a_gram_matrix() -> None:
+def test_both_solvers_take_such_a_matrix() -> None:
     rng = np.random.default_rng(2)
-    gram = Gram(rng.uniform(0.1, 2.0, 12), rng.normal(size=(3, 12)))
-    program = QPProblem(
-        P=gram,
+    matrix = DiagonalPlusLowRank(rng.uniform(0.1, 2.0, 12), rng.normal(size=(3, 12)))
+    promatrix = QPProblem(
+        P=matrix,
         c=rng.normal(size=12),
         A=np.zeros((0, 12)),
         b=np.zeros(0),
@@ -94,8 +98,8 @@ def test_both_backends_take_a_gram_matrix() -> None:
         lower=np.full(12, -0.4),
         upper=np.full(12, 0.4),
     )
-    fast = DAQPBackend().solve(program)
-    slow = PIQPBackend().solve(replace(program, P=gram.toarray()))
+    fast = DAQPSolver().solve(promatrix)
+    slow = PIQPSolver().solve(replace(promatrix, P=matrix.toarray()))
     assert fast.status is slow.status is QPStatus.SOLVED
     np.testing.assert_allclose(fast.x, slow.x, atol=1e-6)
     assert fast.dual_residual < 1e-10

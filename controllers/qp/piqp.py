@@ -1,4 +1,7 @@
-"""The only file that knows PIQP: one convex QP in, one checked answer out."""
+"""The interface to PIQP, a proximal interior point method for convex QPs, dense or sparse.
+
+No other file knows PIQP.
+"""
 
 from __future__ import annotations
 
@@ -13,19 +16,19 @@ from warp_softbody.controllers.qp.problem import (
     QPProblem,
     QPSolution,
     QPStatus,
-    checked,
+    verified,
 )
 from warp_softbody.controllers.qp.sparse_or_dense import column_major, is_sparse
 from warp_softbody.errors import InputError
 
-VERDICTS = {
+STATUSES = {
     piqp.PIQP_PRIMAL_INFEASIBLE: QPStatus.INFEASIBLE,
     piqp.PIQP_DUAL_INFEASIBLE: QPStatus.UNBOUNDED,
 }
 
 
-class PIQPBackend:
-    """PIQP's interior point solver behind ``solve``, dense or sparse by the problem's size.
+class PIQPSolver:
+    """A QP solver by PIQP; problems are dense or sparse as their matrices are.
 
     Settings are PIQP's own, by name; a name or value that it does not take is refused.
     """
@@ -33,7 +36,7 @@ class PIQPBackend:
     def __init__(
         self, *, tolerance: float = 1e-12, settings: Mapping[str, Any] | None = None
     ) -> None:
-        """Choose the accuracy of residuals and duality gap, and any further settings by name."""
+        """Choose the tolerance of residuals and duality gap, and any further settings by name."""
         self._settings: dict[str, Any] = {
             "eps_abs": tolerance,
             "eps_rel": tolerance,
@@ -75,7 +78,7 @@ class PIQPBackend:
         )
         status = solver.solve()
         result = solver.result
-        return checked(
+        return verified(
             problem,
             result.x,
             QPMultipliers(
@@ -84,6 +87,6 @@ class PIQPBackend:
                 lower=np.array(result.z_bl),
                 upper=np.array(result.z_bu),
             ),
-            otherwise=VERDICTS.get(status, QPStatus.UNSOLVED),
+            otherwise=STATUSES.get(status, QPStatus.UNSOLVED),
             iterations=int(result.info.iter),
         )
