@@ -80,12 +80,8 @@ KNOWN_IMPORTS = {
     ("tests.verification.test_contact_hard", "tests.verification.test_contact_drops"),
     ("tests.verification.test_pair_settling", "tests.verification.test_pair_contact"),
 }
-# Class names that stand twice: accuracy and benchmarks, then the controllers and the engine.
-KNOWN_TWICE = {
-    *("Case", "FlexBody", "Goal", "Journal", "Motion", "Outcome", "Preconditioner", "Probe"),
-    *("Result", "Sample", "Setting", "Trial"),
-    *("Elimination", "Shapes"),
-}
+# Class names that stand twice: in the controllers and in the engine.
+KNOWN_TWICE = {"Elimination", "Shapes"}
 
 FILES = module_files()
 IMPORTS = {

@@ -44,7 +44,7 @@ from benchmarks.beam.cantilever import CELLS, TIME_STEP, cantilever
 from benchmarks.beam.ours import OurBeam
 from benchmarks.beam.rounds import enter, run_in_turn
 from benchmarks.beam.solver import Make, static_sag
-from benchmarks.beam.table import Result, summarise, table
+from benchmarks.beam.table import BeamResult, summarise, table
 from warp_softbody import SimulationOptions
 from warp_softbody.accuracy.runs.peers import missing_peer
 from warp_softbody.accuracy.runs.peers.beam import Cantilever
@@ -89,7 +89,7 @@ def solvers(
     return made
 
 
-def measure(tets: int, makes: dict[str, Make], steps: int) -> list[Result]:
+def measure(tets: int, makes: dict[str, Make], steps: int) -> list[BeamResult]:
     """Time all solvers on one mesh and let them come to rest."""
     beam = cantilever(tets)
     entrants = []
@@ -132,7 +132,7 @@ def main(arguments: list[str] | None = None) -> None:
         variants=options.variants,
         threads=options.threads,
     )
-    results: list[Result] = []
+    results: list[BeamResult] = []
     with warp_engine("cpu", on_compile=lambda: None):
         _compile(next(iter(makes.values())), cantilever(min(CELLS)))
         for size in options.tets:

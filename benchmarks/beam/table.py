@@ -10,7 +10,7 @@ from benchmarks.beam.rounds import Entrant
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
+class BeamResult:
     """One solver at one size; the command's description says what each number means."""
 
     tets: int
@@ -31,7 +31,9 @@ class Result:
     sag: float | None
 
 
-def summarise(name: str, entrant: Entrant, ours: Entrant, tets: int, sag: float | None) -> Result:
+def summarise(
+    name: str, entrant: Entrant, ours: Entrant, tets: int, sag: float | None
+) -> BeamResult:
     """Medians, and ratios of medians to ours."""
     reports = entrant.reports
     our_step = float(np.median(ours.step_ms))
@@ -39,7 +41,7 @@ def summarise(name: str, entrant: Entrant, ours: Entrant, tets: int, sag: float 
     assembly = _median(entrant.assembly_ms)
     solve = _median([report.solve_ms for report in reports if report.solve_ms is not None])
     counts = [report.iterations for report in reports if report.iterations is not None]
-    return Result(
+    return BeamResult(
         tets=tets,
         solver=name,
         steps=len(entrant.step_ms),
@@ -79,7 +81,7 @@ COLUMNS = {
 }
 
 
-def table(results: list[Result]) -> str:
+def table(results: list[BeamResult]) -> str:
     """Lines of a table; a dash where there is no number."""
     width = max(len(result.solver) for result in results)
     lines = [f"{'tets':>6}  {'solver':{width}}  " + "  ".join(f"{c:>7}" for c in COLUMNS)]

@@ -24,11 +24,11 @@ from warp_softbody.accuracy.analysis.motion import Ruler
 from warp_softbody.accuracy.analysis.reference import Reference, reference_of
 from warp_softbody.accuracy.analysis.store import find
 from warp_softbody.accuracy.analysis.trials import Trials
-from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.case import ChartCase
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
 from warp_softbody.accuracy.cases.track import body_size
-from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.journal import RunJournal
 from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.errors import InputError
@@ -51,7 +51,7 @@ WAYS = ("stored", "tried")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class UnseenChoice:
     """One way of choosing on one variant for one bound.
 
     Attributes:
@@ -76,8 +76,8 @@ class Variant:
     def __init__(self, scene: str, given: Mapping[str, float], folder: Path) -> None:
         """Run the reference and the grid, as far as the journal lacks them."""
         case = CASES[scene].quickly()
-        self.case: Case = replace(case, given={**case.given, **given})
-        self._journal = Journal(folder, scene)
+        self.case: ChartCase = replace(case, given={**case.given, **given})
+        self._journal = RunJournal(folder, scene)
         grid = small_grid(self.case)
         family = {one: self.run(one) for one in reference_family(self.case)}
         size = body_size(scenes.make(scene, self.case.given).scene)
@@ -102,16 +102,16 @@ class Variant:
         except InputError:
             return None
 
-    def verdict(self, way: str, bound: float) -> Verdict:
+    def verdict(self, way: str, bound: float) -> UnseenChoice:
         """What became of them."""
         settings = self.choose(way, bound)
         if settings is None:
-            return Verdict(bound=bound, error=None, ratio=None)
+            return UnseenChoice(bound=bound, error=None, ratio=None)
         outcome = self.run(settings)
         self._points[settings] = outcome
         best = self.cheapest(bound)
         ratio = None if best is None else outcome.cost / best
-        return Verdict(bound=bound, error=self.reference.error(outcome), ratio=ratio)
+        return UnseenChoice(bound=bound, error=self.reference.error(outcome), ratio=ratio)
 
     def cheapest(self, bound: float) -> float | None:
         """Cost of the cheapest known point that holds a bound, ms."""
@@ -121,7 +121,7 @@ class Variant:
         )
 
 
-def small_grid(case: Case) -> list[Settings]:
+def small_grid(case: ChartCase) -> list[Settings]:
     """Meshes, time steps and both kinds of elements."""
     return [
         replace(case.default, cells=cells, level=level, time_step=step, elements=elements)
@@ -131,7 +131,7 @@ def small_grid(case: Case) -> list[Settings]:
     ]
 
 
-def line(name: str, variant: Variant, way: str, verdicts: Sequence[Verdict]) -> str:
+def line(name: str, variant: Variant, way: str, verdicts: Sequence[UnseenChoice]) -> str:
     """A row of the table."""
     cells = []
     for one in verdicts:
@@ -145,7 +145,7 @@ def line(name: str, variant: Variant, way: str, verdicts: Sequence[Verdict]) -> 
     return f"{name:32} {known:5.2f} % {way:7}" + "".join(cells)
 
 
-def totals(way: str, verdicts: Sequence[Verdict]) -> str:
+def totals(way: str, verdicts: Sequence[UnseenChoice]) -> str:
     """How many held, and at what cost."""
     offered = [one for one in verdicts if one.error is not None]
     held = sum(one.held for one in offered)
@@ -167,7 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     args = parser.parse_args(arguments)
     bounds = "".join(f"{100.0 * bound:9.0f} %    " for bound in BOUNDS)
     print(f"{'variant':32} {'known':>7} {'way':7}{bounds}")
-    every: dict[str, list[Verdict]] = {way: [] for way in WAYS}
+    every: dict[str, list[UnseenChoice]] = {way: [] for way in WAYS}
     for scene in args.scenes:
         for given in VARIANTS[scene]:
             variant = Variant(scene, given, args.journal)

@@ -34,7 +34,7 @@ GOOD = ("refused", "whole", "told")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class ReadingOutcome:
     """What became of one mutated file.
 
     Attributes:
@@ -50,7 +50,7 @@ class Outcome:
     detail: str
 
 
-def fuzz(files: int, seed: int, folder: Path, keep: Path | None = None) -> Iterator[Outcome]:
+def fuzz(files: int, seed: int, folder: Path, keep: Path | None = None) -> Iterator[ReadingOutcome]:
     """Outcomes of mutated files of every format in turn.
 
     Args:
@@ -76,7 +76,7 @@ def fuzz(files: int, seed: int, folder: Path, keep: Path | None = None) -> Itera
             place.mkdir(parents=True, exist_ok=True)
             for name, text in texts.items():
                 (place / name).write_bytes(text)
-        yield Outcome(kind=kind.name, number=number, verdict=verdict, detail=detail)
+        yield ReadingOutcome(kind=kind.name, number=number, verdict=verdict, detail=detail)
 
 
 def _judged(kind: Kind, path: Path) -> tuple[str, str]:

@@ -28,7 +28,7 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Goal:
+class MeasureBound:
     """A measure, its bound, and how much missing it costs."""
 
     measure: str
@@ -37,22 +37,22 @@ class Goal:
     weight: float = 1.0
 
 
-def at_most(measure: str, bound: float, weight: float = 1.0) -> Goal:
+def at_most(measure: str, bound: float, weight: float = 1.0) -> MeasureBound:
     """A measure that must not exceed its bound."""
-    return Goal(measure, bound, at_least=False, weight=weight)
+    return MeasureBound(measure, bound, at_least=False, weight=weight)
 
 
 SOUND = (
     at_most("volume_change", 0.05),
     at_most("penetration", 0.002),
     at_most("sign_changes", 0.15, weight=0.4),
-    Goal("smallest_tet", 0.05),
+    MeasureBound("smallest_tet", 0.05),
 )
-UPRIGHT = (at_most("tilt", 5.0), at_most("speed", 0.1), Goal("height", 0.9))
+UPRIGHT = (at_most("tilt", 5.0), at_most("speed", 0.1), MeasureBound("height", 0.9))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class GainCase:
     """One scene's search.
 
     Attributes:
@@ -70,7 +70,7 @@ class Case:
     gains: Any
     controller: Callable[[Any], Controller]
     ranges: Mapping[str, Range]
-    goals: tuple[Goal, ...]
+    goals: tuple[MeasureBound, ...]
     settings: Mapping[str, float] = field(default_factory=dict)
     stands: bool = True
 
@@ -182,49 +182,59 @@ ROLL = {
 CASES = {
     case.scene: case
     for case in (
-        Case(
+        GainCase(
             scene="balance-i",
             gains=balance_i.GAINS,
             controller=Balance,
             ranges=BALANCE,
             settings={"push": 0.5},
-            goals=(*SOUND, *UPRIGHT, Goal("base_growth", 0.05), Goal("lifted", 0.1)),
+            goals=(
+                *SOUND,
+                *UPRIGHT,
+                MeasureBound("base_growth", 0.05),
+                MeasureBound("lifted", 0.1),
+            ),
         ),
-        Case(
+        GainCase(
             scene="jump-i",
             gains=jump_i.FORWARD,
             controller=lambda gains: Jump(gains, start=jump_i.START),
             ranges=JUMP | FORWARD,
-            goals=(*SOUND, *UPRIGHT, Goal("air", 0.2), Goal("way", 0.25)),
+            goals=(*SOUND, *UPRIGHT, MeasureBound("air", 0.2), MeasureBound("way", 0.25)),
         ),
-        Case(
+        GainCase(
             scene="jump-i-in-place",
             gains=jump_i.IN_PLACE,
             controller=lambda gains: Jump(gains, jumps=3, start=jump_i.START),
             ranges=JUMP,
-            goals=(*SOUND, *UPRIGHT, Goal("jumps", 3.0)),
+            goals=(*SOUND, *UPRIGHT, MeasureBound("jumps", 3.0)),
         ),
-        Case(
+        GainCase(
             scene="jump-t",
             gains=jump_t.TWIST,
             controller=lambda gains: Jump(gains, start=jump_i.START),
             ranges=JUMP | TURN,
-            goals=(*SOUND, *UPRIGHT, Goal("air", 0.2), Goal("yaw_in_air", 45.0)),
+            goals=(*SOUND, *UPRIGHT, MeasureBound("air", 0.2), MeasureBound("yaw_in_air", 45.0)),
         ),
-        Case(
+        GainCase(
             scene="roll-o",
             gains=roll_o.GAINS,
             controller=lambda gains: Roll(gains, legs=roll_o.AWAY, rim="rim"),
             ranges=ROLL,
-            goals=(*SOUND, at_most("speed", 0.1), Goal("rolled", 360.0), at_most("sideways", 0.1)),
+            goals=(
+                *SOUND,
+                at_most("speed", 0.1),
+                MeasureBound("rolled", 360.0),
+                at_most("sideways", 0.1),
+            ),
             stands=False,
         ),
-        Case(
+        GainCase(
             scene="roll-o-return",
             gains=roll_o.GAINS,
             controller=lambda gains: Roll(gains, legs=roll_o.RETURN, rim="rim"),
             ranges=ROLL,
-            goals=(*SOUND, Goal("rolled", 180.0), Goal("rolled_back", 180.0)),
+            goals=(*SOUND, MeasureBound("rolled", 180.0), MeasureBound("rolled_back", 180.0)),
             stands=False,
         ),
     )

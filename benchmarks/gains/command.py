@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.beam.arguments import count
-from benchmarks.gains.cases import CASES, Case, Goal
+from benchmarks.gains.cases import CASES, GainCase, MeasureBound
 from benchmarks.gains.measures import Record
 from warp_softbody import scenes
 from warp_softbody.atomic_files import replacing
@@ -46,7 +46,7 @@ class Draw:
 
 
 def run(
-    case: Case,
+    case: GainCase,
     gains: Mapping[str, float],
     *,
     settings: Mapping[str, float] | None = None,
@@ -72,7 +72,7 @@ def run(
     return {"fallen": float(fallen), **record.measures()}
 
 
-def missing(goal: Goal, measures: Mapping[str, float], margin: float) -> float:
+def missing(goal: MeasureBound, measures: Mapping[str, float], margin: float) -> float:
     """What is missing to a goal with a margin, as a share of it, at most 1; 0 where it is met."""
     value = measures[goal.measure]
     wanted = goal.bound * (1.0 + margin if goal.at_least else 1.0 - margin)
@@ -80,7 +80,7 @@ def missing(goal: Goal, measures: Mapping[str, float], margin: float) -> float:
     return float(np.clip(short / abs(wanted), 0.0, 1.0))
 
 
-def cost(case: Case, measures: Mapping[str, float], margin: float) -> float:
+def cost(case: GainCase, measures: Mapping[str, float], margin: float) -> float:
     """Sum of what is missing, worst where the body fell; of equals, the smoothest is best."""
     smooth = 1e-3 * measures["sign_changes"]
     if measures["fallen"]:
@@ -89,7 +89,7 @@ def cost(case: Case, measures: Mapping[str, float], margin: float) -> float:
 
 
 def search(
-    case: Case,
+    case: GainCase,
     *,
     draws: int,
     seed: int,
@@ -110,7 +110,7 @@ def search(
     return sorted(done, key=lambda draw: draw.cost)
 
 
-def _shares(case: Case, random: np.random.Generator, done: list[Draw]) -> dict[str, float]:
+def _shares(case: GainCase, random: np.random.Generator, done: list[Draw]) -> dict[str, float]:
     """Where in its range each gain is, from 0 to 1."""
     drawn = random.random(len(case.ranges))
     if done:
@@ -120,7 +120,7 @@ def _shares(case: Case, random: np.random.Generator, done: list[Draw]) -> dict[s
     return dict(zip(case.ranges, drawn.tolist(), strict=True))
 
 
-def _gains(case: Case, shares: Mapping[str, float]) -> dict[str, float]:
+def _gains(case: GainCase, shares: Mapping[str, float]) -> dict[str, float]:
     found = {}
     for name, share in shares.items():
         low, high = case.ranges[name].low, case.ranges[name].high
@@ -131,7 +131,7 @@ def _gains(case: Case, shares: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _inverse(case: Case, gains: Mapping[str, float]) -> npt.NDArray[np.float64]:
+def _inverse(case: GainCase, gains: Mapping[str, float]) -> npt.NDArray[np.float64]:
     shares = []
     for name, bounds in case.ranges.items():
         value = np.array([gains[name], bounds.low, bounds.high])
@@ -140,7 +140,7 @@ def _inverse(case: Case, gains: Mapping[str, float]) -> npt.NDArray[np.float64]:
     return np.asarray(np.clip(np.array(shares), 0.0, 1.0))
 
 
-def _line(case: Case, measures: Mapping[str, float]) -> str:
+def _line(case: GainCase, measures: Mapping[str, float]) -> str:
     if measures["fallen"]:
         return f"fallen after {measures['seconds']:.2f} s"
     return "  ".join(f"{goal.measure} {measures[goal.measure]:.3g}" for goal in case.goals)

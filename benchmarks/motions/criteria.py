@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.motions import measures as of
-from benchmarks.motions.criterion import Criterion, Finding, Motion, below
+from benchmarks.motions.criterion import Criterion, Finding, RecordedMotion, below
 from warp_softbody.accuracy.cases import body_motion
 from warp_softbody.arrays import FloatArray
 from warp_softbody.stage_exports import reversals
@@ -36,7 +36,7 @@ AIR = Criterion("in the air", lambda m: max(of.flights(m.take), default=0.0), 0.
 SWAY, PERIOD, PERIODS, SWAY_START = 0.09, 2.0, 4.0, 0.5  # m, s, number, s
 
 
-def sway_error(motion: Motion) -> float:
+def sway_error(motion: RecordedMotion) -> float:
     """Largest distance from the sine along x after the first period, over the amplitude."""
     time = motion.measures.times - SWAY_START
     moved = motion.measures.centre_of_mass[:, 0] - motion.measures.centre_of_mass[0, 0]
@@ -45,7 +45,7 @@ def sway_error(motion: Motion) -> float:
     return float(np.abs(moved - wanted)[steady].max(initial=0.0) / SWAY)
 
 
-def squash(motion: Motion) -> float:
+def squash(motion: RecordedMotion) -> float:
     """How much the length of a leg, foot to top, varies; the lesser of both, m."""
     take, legs = motion.take, (-1.0, 1.0)
     ranges = []
@@ -60,13 +60,13 @@ def squash(motion: Motion) -> float:
 BALANCED = 3.7  # s, three after the end of the push
 
 
-def after(motion: Motion, series: FloatArray, time: float) -> float:
+def after(motion: RecordedMotion, series: FloatArray, time: float) -> float:
     """Largest number of a series from a time on; infinite where the run ends before."""
     values = series[motion.measures.times > time - 1e-6]
     return float(values.max()) if len(values) else np.inf
 
 
-def base_growth(motion: Motion) -> float:
+def base_growth(motion: RecordedMotion) -> float:
     """Largest growth of the base's area, as a share."""
     area = motion.measures.base_area
     return float(area.max() / area[0] - 1.0)
@@ -84,19 +84,19 @@ PULLED = (2.5, 3.5)  # s, around the strongest pull
 F_HEAD = 0.88  # m
 
 
-def went(motion: Motion) -> float:
+def went(motion: RecordedMotion) -> float:
     """Way of the centre of mass along x, m."""
     path = motion.measures.centre_of_mass[:, 0]
     return float(path[-1] - path[0])
 
 
-def slid(motion: Motion, side: float) -> float:
+def slid(motion: RecordedMotion, side: float) -> float:
     """Way of the base along the pull, m."""
     path = of.base_path(motion.take)
     return side * float(path[-1, 0] - path[0, 0])
 
 
-def lean(motion: Motion, side: float) -> float:
+def lean(motion: RecordedMotion, side: float) -> float:
     """Mean lean away from the pull while it is strongest, degrees."""
     time = motion.measures.times
     pulled = (time > PULLED[0]) & (time < PULLED[1])
@@ -113,7 +113,7 @@ def sliding(side: float) -> tuple[Criterion, ...]:
     )
 
 
-def jumps(motion: Motion) -> float:
+def jumps(motion: RecordedMotion) -> float:
     """Flights of at least 0.15 s."""
     return float(sum(length >= 0.15 - 1e-9 for length in of.flights(motion.take)))
 
@@ -124,20 +124,20 @@ CORNERS = ("corner_0", "corner_1", "corner_2", "corner_3")
 CRAWL_START, CYCLE = 0.5, 1.2  # s
 
 
-def ways(motion: Motion) -> list[FloatArray]:
+def ways(motion: RecordedMotion) -> list[FloatArray]:
     """Ways along x of the centre of mass and of the four corners of a crawler, (f,) m each."""
     corners = (of.region_path(motion.take, motion.character, name) for name in CORNERS)
     return [path[:, 0] for path in (motion.measures.centre_of_mass, *corners)]
 
 
-def arches(motion: Motion) -> list[float]:
+def arches(motion: RecordedMotion) -> list[float]:
     """Height in m that the lowest node of the belly's middle reaches in each cycle."""
     cycle = np.floor((motion.take.times - CRAWL_START) / CYCLE + 1e-6)
     middle = of.belly_middle(motion.take)
     return [float(middle[cycle == k].max()) for k in range(int(cycle.max()))]
 
 
-def belly(motion: Motion) -> float:
+def belly(motion: RecordedMotion) -> float:
     """Greatest height of a point of the belly, m."""
     return float(motion.take.tet_points[:, of.base(motion.take), 2].max())
 
@@ -152,12 +152,12 @@ FEET = ("foot_0", "foot_1", "foot_2", "foot_3")
 LIFTED = 0.0076  # m, 2 % of the height of the X
 
 
-def feet(motion: Motion) -> FloatArray:
+def feet(motion: RecordedMotion) -> FloatArray:
     """Height of the lowest node of each foot, (f, 4) m."""
     return of.lowest_of_regions(motion.take, motion.character, FEET)
 
 
-def fewest_lifts(motion: Motion) -> float:
+def fewest_lifts(motion: RecordedMotion) -> float:
     """How often the foot was lifted clear that was so least often."""
     return float(min(len(of.lifts(foot, LIFTED)) for foot in feet(motion).T))
 
@@ -222,6 +222,6 @@ CRITERIA: dict[str, tuple[Criterion, ...]] = {
 }
 
 
-def examine(scene: str, motion: Motion) -> list[Finding]:
+def examine(scene: str, motion: RecordedMotion) -> list[Finding]:
     """Every number that is asked of a scene, its own first."""
     return [Finding(criterion, criterion.of(motion)) for criterion in (*CRITERIA[scene], *SOUND)]

@@ -14,14 +14,14 @@ from warp_softbody.stage_exports.usd.reader import Take
 
 
 @dataclass(frozen=True)
-class Motion:
+class RecordedMotion:
     """A run as its stage shows it, and the character whose regions name parts of it."""
 
     take: Take
     character: Character
 
     @classmethod
-    def read(cls, stage: Path, character: Character) -> Motion:
+    def read(cls, stage: Path, character: Character) -> RecordedMotion:
         """The first body of a stage."""
         return cls(read_take(stage), character)
 
@@ -44,7 +44,7 @@ class Criterion:
     """
 
     name: str
-    of: Callable[[Motion], float]
+    of: Callable[[RecordedMotion], float]
     bound: float
     at_least: bool = True
     form: str = "{:.2f} m"
@@ -76,7 +76,7 @@ class Finding:
 
 
 def below(
-    name: str, measured: Callable[[Motion], float], bound: float, form: str = "{:.2f} m"
+    name: str, measured: Callable[[RecordedMotion], float], bound: float, form: str = "{:.2f} m"
 ) -> Criterion:
     """A number that must stay below its bound."""
     return Criterion(name, measured, bound, at_least=False, form=form)

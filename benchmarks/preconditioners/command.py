@@ -33,7 +33,7 @@ from functools import partial
 from benchmarks.beam.arguments import progress, sizes
 from benchmarks.beam.cantilever import cantilever
 from benchmarks.preconditioners import one_level, two_level
-from benchmarks.preconditioners.one_level import Preconditioner
+from benchmarks.preconditioners.one_level import CandidatePreconditioner
 from benchmarks.preconditioners.system import (
     StepSystem,
     conjugate_gradients,
@@ -44,7 +44,7 @@ from warp_softbody.run.warp_session import warp_engine
 
 OURS = "Gauss-Seidel, coarse"
 
-PRECONDITIONERS: dict[str, Callable[[StepSystem], Preconditioner]] = {
+PRECONDITIONERS: dict[str, Callable[[StepSystem], CandidatePreconditioner]] = {
     "none": one_level.identity,
     "point Jacobi": one_level.point_jacobi,
     "block Jacobi": one_level.block_jacobi,
@@ -62,7 +62,7 @@ PRECONDITIONERS: dict[str, Callable[[StepSystem], Preconditioner]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
+class PreconditionerResult:
     """One preconditioner at one size; the command's description says what each number means."""
 
     tets: int
@@ -86,14 +86,14 @@ COLUMNS = {
 }
 
 
-def examine(tets: int, system: StepSystem, name: str) -> Result:
+def examine(tets: int, system: StepSystem, name: str) -> PreconditionerResult:
     """Build a preconditioner, solve with it and count."""
     begun = time.perf_counter()
     built = PRECONDITIONERS[name](system)
     setup = time.perf_counter() - begun
     _, iterations = conjugate_gradients(system, built.apply)
     each = 1.0 + built.touched / system.blocks
-    return Result(
+    return PreconditionerResult(
         tets=tets,
         nodes=system.nodes,
         preconditioner=name,
@@ -106,7 +106,7 @@ def examine(tets: int, system: StepSystem, name: str) -> Result:
     )
 
 
-def examine_all(tets: int) -> list[Result]:
+def examine_all(tets: int) -> list[PreconditionerResult]:
     """Every preconditioner on the beam of one size."""
     beam = cantilever(tets)
     progress(f"{tets} tets: falling")
@@ -119,7 +119,7 @@ def examine_all(tets: int) -> list[Result]:
     return results
 
 
-def table(results: list[Result]) -> str:
+def table(results: list[PreconditionerResult]) -> str:
     """Lines of a table."""
     width = max(map(len, PRECONDITIONERS))
     lines = [f"{'tets':>6}  {'preconditioner':{width}}  " + "  ".join(f"{c:>7}" for c in COLUMNS)]
@@ -141,7 +141,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--tets", type=sizes, default="810,10290", help="out of 810,10290,51840")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
-    results: list[Result] = []
+    results: list[PreconditionerResult] = []
     with warp_engine("cpu", on_compile=lambda: None):
         for size in options.tets:
             results += examine_all(size)

@@ -18,7 +18,7 @@ from benchmarks.preconditioners.system import Apply, StepSystem, block_diagonal,
 
 
 @dataclass(frozen=True, kw_only=True)
-class Preconditioner:
+class CandidatePreconditioner:
     """An approximate inverse and its price, counted in 3 x 3 blocks.
 
     Attributes:
@@ -34,34 +34,36 @@ class Preconditioner:
     renewed: float
 
 
-def identity(system: StepSystem) -> Preconditioner:
+def identity(system: StepSystem) -> CandidatePreconditioner:
     """None at all."""
-    return Preconditioner(apply=np.copy, touched=0.0, stored=0.0, renewed=0.0)
+    return CandidatePreconditioner(apply=np.copy, touched=0.0, stored=0.0, renewed=0.0)
 
 
-def point_jacobi(system: StepSystem) -> Preconditioner:
+def point_jacobi(system: StepSystem) -> CandidatePreconditioner:
     """Each equation by its own diagonal entry."""
     inverse = 1.0 / system.matrix.diagonal()
     # a vector of 3 n numbers is n / 3 blocks
     third = system.nodes / 3.0
-    return Preconditioner(apply=lambda r: inverse * r, touched=third, stored=third, renewed=third)
+    return CandidatePreconditioner(
+        apply=lambda r: inverse * r, touched=third, stored=third, renewed=third
+    )
 
 
-def block_jacobi(system: StepSystem) -> Preconditioner:
+def block_jacobi(system: StepSystem) -> CandidatePreconditioner:
     """Each node by its own diagonal block."""
     inverse = inverse_diagonal(system.matrix)
     n = float(system.nodes)
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=lambda r: inverse @ r, touched=n, stored=n, renewed=BLOCK_PRODUCT * n
     )
 
 
-def gauss_seidel(system: StepSystem) -> Preconditioner:
+def gauss_seidel(system: StepSystem) -> CandidatePreconditioner:
     """A forward and a backward sweep over the nodes."""
     n = float(system.nodes)
     forward, backward = sweeps(system.matrix)
     pivots = block_diagonal(diagonal_blocks(system.matrix))
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=lambda r: backward(pivots @ forward(r)),
         touched=float(system.blocks),
         stored=n,
@@ -69,14 +71,14 @@ def gauss_seidel(system: StepSystem) -> Preconditioner:
     )
 
 
-def incomplete_factor(system: StepSystem) -> Preconditioner:
+def incomplete_factor(system: StepSystem) -> CandidatePreconditioner:
     """L D L^T on the pattern of the matrix, nodes in the mesh's order."""
     lower, pivots, updates = incomplete_ldl(system.matrix)
     forward = triangular_solver(lower.tocsc())
     backward = triangular_solver(lower.T.tocsc())
     inverse = block_diagonal(np.linalg.inv(pivots))
     n, below = system.nodes, (system.blocks - system.nodes) / 2.0
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=lambda r: backward(inverse @ forward(r)),
         touched=2.0 * below + n,
         stored=below + n,
@@ -84,10 +86,10 @@ def incomplete_factor(system: StepSystem) -> Preconditioner:
     )
 
 
-def present_factor(system: StepSystem) -> Preconditioner:
+def present_factor(system: StepSystem) -> CandidatePreconditioner:
     """The whole factor of the matrix itself."""
     factor = factorise(system.matrix)
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=factor.solve,
         touched=factor.touched,
         stored=factor.stored,
@@ -95,13 +97,13 @@ def present_factor(system: StepSystem) -> Preconditioner:
     )
 
 
-def rest_factor(system: StepSystem) -> Preconditioner:
+def rest_factor(system: StepSystem) -> CandidatePreconditioner:
     """The whole factor of the rest shape's matrix, turned with the nodes."""
     factor = factorise(system.rest)
     turns = block_diagonal(system.rotations)
     back = turns.T.tocsr()
     n = system.nodes
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=lambda r: turns @ factor.solve(back @ r),
         touched=factor.touched + 2.0 * n,
         stored=factor.stored + n,

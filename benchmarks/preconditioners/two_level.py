@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
 from benchmarks.preconditioners.factors import BLOCK_PRODUCT, Factor, factorise, sweeps
-from benchmarks.preconditioners.one_level import Preconditioner, inverse_diagonal
+from benchmarks.preconditioners.one_level import CandidatePreconditioner, inverse_diagonal
 from benchmarks.preconditioners.system import (
     StepSystem,
     block_diagonal,
@@ -104,12 +104,12 @@ def _smooth(system: StepSystem, motions: Any) -> Any:
     return motions - 4.0 / 3.0 / largest_eigenvalue(system.rest) * relaxed
 
 
-def additive(system: StepSystem) -> Preconditioner:
+def additive(system: StepSystem) -> CandidatePreconditioner:
     """Block Jacobi plus the coarse correction, side by side."""
     coarse = coarse_space(system)
     inverse = inverse_diagonal(system.matrix)
     n = system.nodes
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=lambda r: inverse @ r + coarse.correct(r),
         touched=n + coarse.touched,
         stored=n + coarse.stored,
@@ -117,7 +117,7 @@ def additive(system: StepSystem) -> Preconditioner:
     )
 
 
-def between_jacobi(system: StepSystem) -> Preconditioner:
+def between_jacobi(system: StepSystem) -> CandidatePreconditioner:
     """A coarse correction between two damped Jacobi sweeps."""
     coarse, matrix = coarse_space(system), system.matrix
     inverse = 4.0 / 3.0 / largest_eigenvalue(system.rest) * inverse_diagonal(matrix)
@@ -129,7 +129,7 @@ def between_jacobi(system: StepSystem) -> Preconditioner:
         return corrected
 
     n = system.nodes
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=apply,
         touched=2.0 * (system.blocks + n) + coarse.touched,
         stored=n + coarse.stored,
@@ -139,7 +139,7 @@ def between_jacobi(system: StepSystem) -> Preconditioner:
 
 def between_gauss_seidel(
     system: StepSystem, *, smoothed: bool = False, present: bool = False
-) -> Preconditioner:
+) -> CandidatePreconditioner:
     """A coarse correction between a forward and a backward Gauss-Seidel sweep: the engine's.
 
     After a forward sweep from zero the residual is made of what stands above the diagonal, so the
@@ -157,7 +157,7 @@ def between_gauss_seidel(
     renewed = BLOCK_PRODUCT * n
     if present:
         renewed += BLOCK_PRODUCT * GALERKIN_PRODUCTS * system.blocks + coarse.factor.price
-    return Preconditioner(
+    return CandidatePreconditioner(
         apply=apply,
         touched=2.0 * system.blocks + coarse.touched,
         stored=n + coarse.stored,

@@ -124,7 +124,7 @@ def print_sequences(steps: int) -> None:
 def print_paper(count: int) -> None:
     """Static contacts, ours and exhaustive search."""
     print(f"{'static':>12}{'ours':>12}{'exhaustive':>12}{'QPs':>6}")
-    trials: list[qpcc_paper.Trial] = []
+    trials: list[qpcc_paper.MethodComparison] = []
     modes: tuple[int, ...] | None = None
     problems = qpcc_paper.problems(count)
     for problem in problems:

@@ -22,7 +22,7 @@ ONLINE = SolverOptions(max_qps=20, kicks=12)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class MethodComparison:
     """One problem: objective of the three, and the QPs that ours took."""
 
     static: float
@@ -38,10 +38,12 @@ def problems(count: int = 10) -> list[ContactQPCC]:
     return [_four(run[i]) for i in chosen]
 
 
-def trial(problem: ContactQPCC, previous: tuple[int, ...] | None) -> tuple[Trial, tuple[int, ...]]:
+def trial(
+    problem: ContactQPCC, previous: tuple[int, ...] | None
+) -> tuple[MethodComparison, tuple[int, ...]]:
     """Solve one problem three times; exhaustive search is 18^4 QPs, a minute or more."""
     ours = solve_qpcc(problem, start=previous, options=ONLINE)
-    row = Trial(
+    row = MethodComparison(
         static=solve_static(problem).objective,
         ours=ours.objective,
         exhaustive=enumerate_qpcc(problem).objective,
@@ -50,7 +52,7 @@ def trial(problem: ContactQPCC, previous: tuple[int, ...] | None) -> tuple[Trial
     return row, ours.modes
 
 
-def gap_ratio(trials: list[Trial]) -> float:
+def gap_ratio(trials: list[MethodComparison]) -> float:
     """Mean gap of the static baseline over the mean gap of ours, gaps to exhaustive search."""
     static = np.mean([row.static - row.exhaustive for row in trials])
     ours = np.mean([row.ours - row.exhaustive for row in trials])

@@ -45,7 +45,7 @@ class Step:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class SequenceOutcome:
     """One setting on one sequence.
 
     Attributes:
@@ -147,7 +147,7 @@ def references(sequence: list[Step]) -> list[float]:
 
 def follow(
     sequence: list[Step], best: list[float], options: SolverOptions, *, ruled: bool = False
-) -> Outcome:
+) -> SequenceOutcome:
     """Solve a sequence, each step from the last one's modes; new contacts begin by sticking.
 
     ``best`` is lowered where this run finds something better. With ``ruled`` kicks are left out as
@@ -174,7 +174,7 @@ def follow(
     # Where the static point is the reference to rounding there is no gain to miss a share of.
     counted = gain > 1e-4 * (1e-9 + np.abs(least))
     share = (ours - least)[counted] / gain[counted]
-    return Outcome(
+    return SequenceOutcome(
         qps=float(np.mean(qps)),
         gap=float(np.mean(share)) if counted.any() else 0.0,
         total=float((ours - least).sum() / max(gain.sum(), 1e-12)),

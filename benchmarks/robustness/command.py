@@ -18,14 +18,14 @@ from pathlib import Path
 
 from benchmarks.beam.arguments import count
 from benchmarks.motions.criteria import CRITERIA
-from benchmarks.robustness.runs import Journal, run
+from benchmarks.robustness.runs import VariationJournal, run
 from benchmarks.robustness.table import markdown, write
 from benchmarks.robustness.variations import VARIATIONS, make_meshes
 from warp_softbody.accuracy.runs.workers import workers
 
 
 def fill(
-    journal: Journal,
+    journal: VariationJournal,
     scenes: Sequence[str],
     variations: Sequence[str],
     count: int,
@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if unknown := [name for name in args.scenes if name not in CRITERIA]:
         parser.error(f"no motion {unknown[0]!r}; known: {', '.join(CRITERIA)}")
     chosen = args.scenes or list(CRITERIA)
-    journal = Journal(args.journal)
+    journal = VariationJournal(args.journal)
     fill(journal, chosen, args.variations, args.workers, args.seconds)
     table = markdown(journal.outcomes, chosen, args.variations)
     print(table)

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from benchmarks.motions.criteria import examine
-from benchmarks.motions.criterion import Motion
+from benchmarks.motions.criterion import RecordedMotion
 from benchmarks.robustness.variations import VARIATIONS
 from warp_softbody.errors import NotFiniteError
 from warp_softbody.run.simulation import Simulation
@@ -21,7 +21,7 @@ FPS = 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class VariationOutcome:
     """What came of a run.
 
     Attributes:
@@ -45,7 +45,7 @@ class Outcome:
         return ", ".join([own, *(f"**{failure}**" for failure in missed)])
 
 
-def run(scene: str, variation: str, meshes: Path, seconds: float | None = None) -> Outcome:
+def run(scene: str, variation: str, meshes: Path, seconds: float | None = None) -> VariationOutcome:
     """Run a scene in a variation for its own or another length, and measure its stage."""
     plan = VARIATIONS[variation].plan(scene, meshes)
     with tempfile.TemporaryDirectory() as folder:
@@ -53,9 +53,11 @@ def run(scene: str, variation: str, meshes: Path, seconds: float | None = None) 
         with warp_engine("cpu", on_compile=lambda: None):
             broken = _record(plan, stage, seconds or plan.seconds)
         if broken is not None:
-            return Outcome(scene=scene, variation=variation, own="-", failures=(broken,), values={})
-        findings = examine(scene, Motion.read(stage, plan.scene.character))
-    return Outcome(
+            return VariationOutcome(
+                scene=scene, variation=variation, own="-", failures=(broken,), values={}
+            )
+        findings = examine(scene, RecordedMotion.read(stage, plan.scene.character))
+    return VariationOutcome(
         scene=scene,
         variation=variation,
         own=findings[0].criterion.text(findings[0].value),
@@ -76,13 +78,13 @@ def _record(plan: ScenePlan, stage: Path, seconds: float) -> str | None:
     return None
 
 
-class Journal:
+class VariationJournal:
     """A file of JSON lines, one an outcome; a line that was torn is passed over."""
 
     def __init__(self, path: Path | None) -> None:
         """Read what there is; None keeps nothing."""
         self._path = path
-        self.outcomes: dict[tuple[str, str], Outcome] = {}
+        self.outcomes: dict[tuple[str, str], VariationOutcome] = {}
         if path is not None and path.is_file():
             for line in path.read_text(encoding="utf-8").splitlines():
                 self._read(line)
@@ -91,16 +93,16 @@ class Journal:
         try:
             values = json.loads(line)
             values["failures"] = tuple(values["failures"])
-            self._keep(Outcome(**values))
+            self._keep(VariationOutcome(**values))
         except (ValueError, KeyError, TypeError):
             return
 
-    def add(self, outcome: Outcome) -> None:
+    def add(self, outcome: VariationOutcome) -> None:
         """Keep an outcome, on disk at once."""
         self._keep(outcome)
         if self._path is not None:
             with self._path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(asdict(outcome)) + "\n")
 
-    def _keep(self, outcome: Outcome) -> None:
+    def _keep(self, outcome: VariationOutcome) -> None:
         self.outcomes[outcome.scene, outcome.variation] = outcome

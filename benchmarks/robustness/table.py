@@ -7,7 +7,7 @@ from pathlib import Path
 
 from benchmarks.marked_page import put
 from benchmarks.motions.criteria import CRITERIA
-from benchmarks.robustness.runs import Outcome
+from benchmarks.robustness.runs import VariationOutcome
 
 BEGIN = "<!-- written by python -m benchmarks.robustness, from here -->"
 END = "<!-- to here -->"
@@ -16,7 +16,7 @@ WORST = ("volume", "reversals")
 """Criteria whose largest number over the variations is shown, of those that have the same bound in
 every scene."""
 
-Outcomes = Mapping[tuple[str, str], Outcome]
+Outcomes = Mapping[tuple[str, str], VariationOutcome]
 
 
 def markdown(outcomes: Outcomes, scenes: Sequence[str], variations: Sequence[str]) -> str:
@@ -33,7 +33,7 @@ def markdown(outcomes: Outcomes, scenes: Sequence[str], variations: Sequence[str
     return "\n".join(lines)
 
 
-def _worst(outcomes: Sequence[Outcome | None]) -> list[str]:
+def _worst(outcomes: Sequence[VariationOutcome | None]) -> list[str]:
     known = [outcome.values for outcome in outcomes if outcome is not None and outcome.values]
     if not known:
         return ["-"] * len(WORST)

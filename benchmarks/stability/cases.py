@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 
 from benchmarks.stability.bodies import bending_frequency
-from benchmarks.stability.movers import Setting
+from benchmarks.stability.movers import CaseSetup
 from benchmarks.stability.runs import Run
 from benchmarks.stability.starts import Begin
 from warp_softbody import Character
@@ -23,7 +23,7 @@ NEAR = 0.01
 """How near an end has to come to the rest volume, and to the rest shape in units of its length."""
 
 
-class Goal(Enum):
+class StabilityGoal(Enum):
     """What a case asks for.
 
     RECOVER: the rest shape, and with it every tet's volume.
@@ -39,7 +39,7 @@ class Goal(Enum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class StabilityCase:
     """One row of the table.
 
     Attributes:
@@ -55,8 +55,8 @@ class Case:
 
     name: str
     extreme: str
-    goal: Goal
-    setting: Setting
+    goal: StabilityGoal
+    setting: CaseSetup
     forced: bool = False
     inside_out: bool = False
     long: bool = False
@@ -81,18 +81,18 @@ class Case:
         return self.setting.ground is None and not len(self.setting.make().fixed)
 
 
-def _far_from_rest(goal: Goal, run: Run) -> dict[str, str]:
+def _far_from_rest(goal: StabilityGoal, run: Run) -> dict[str, str]:
     failed = {}
-    if goal is Goal.STAY:
+    if goal is StabilityGoal.STAY:
         if run.drift > run.drift_allowance:
             failed["drift"] = f"drifts {run.drift:.1e} m"
         return failed
-    expected = 1.0 + (run.centrifugal if goal is Goal.TURN else 0.0)
+    expected = 1.0 + (run.centrifugal if goal is StabilityGoal.TURN else 0.0)
     if not abs(run.volume - expected) < NEAR:
         failed["volume"] = f"volume {run.volume:.4g}"
     if run.inverted:
         failed["tets"] = f"{run.inverted} tets inverted"
-    if goal is Goal.RECOVER:
+    if goal is StabilityGoal.RECOVER:
         if not run.inverted and not run.smallest > 1.0 - NEAR:
             failed["tets"] = f"a tet of volume {run.smallest:.3g}"
         if not run.shape < NEAR:
@@ -142,7 +142,7 @@ def release(
     patience: int = 1,
     inside_out: bool = False,
     long: bool = False,
-) -> Case:
+) -> StabilityCase:
     """A body without gravity is let go from each of some starts and is to recover.
 
     ``patience`` multiplies the time it has for that.
@@ -150,11 +150,11 @@ def release(
     character = make()
     damping = character.material.stiffness_damping
     steps = settling_steps(slowest_frequency(character), time_step, damping)
-    return Case(
+    return StabilityCase(
         name=name,
         extreme=extreme,
-        goal=Goal.RECOVER if damping > 0.0 else Goal.VOLUME,
-        setting=Setting(make=make, starts=begins, time_step=time_step, steps=patience * steps),
+        goal=StabilityGoal.RECOVER if damping > 0.0 else StabilityGoal.VOLUME,
+        setting=CaseSetup(make=make, starts=begins, time_step=time_step, steps=patience * steps),
         inside_out=inside_out,
         long=long,
     )

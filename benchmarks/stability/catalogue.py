@@ -8,8 +8,8 @@ from dataclasses import replace
 from functools import partial
 
 from benchmarks.stability import bodies, starts
-from benchmarks.stability.cases import Case, Goal, release
-from benchmarks.stability.movers import Setting
+from benchmarks.stability.cases import StabilityCase, StabilityGoal, release
+from benchmarks.stability.movers import CaseSetup
 from warp_softbody import Character, Plane
 
 Make = Callable[[], Character]
@@ -46,7 +46,7 @@ def power(value: float) -> str:
     return f"{value:.0e}".replace("e+0", "e").replace("e-0", "e-")
 
 
-def time_steps() -> list[Case]:
+def time_steps() -> list[StabilityCase]:
     """A bent bar over four decades of the time step."""
     cases = []
     for dt in (1e-4, 1e-3, 1e-2, 0.1, 0.5):
@@ -59,7 +59,7 @@ def time_steps() -> list[Case]:
     return cases
 
 
-def materials() -> list[Case]:
+def materials() -> list[StabilityCase]:
     """A bent bar of extreme materials."""
     cases = []
     for nu in (0.0, 0.3, 0.45, 0.49, 0.499):
@@ -75,7 +75,7 @@ def materials() -> list[Case]:
     return cases
 
 
-def releases() -> list[Case]:
+def releases() -> list[StabilityCase]:
     """Bodies far from their rest shape."""
     triple, point = starts.stretched(3.0), starts.collapsed
     flat = [starts.flattened(axis) for axis in AXES]
@@ -95,7 +95,9 @@ def releases() -> list[Case]:
     ]
 
 
-def inside_out(beam: Make, clamped: Make, undamped: Make, free: Make, loose: Make) -> list[Case]:
+def inside_out(
+    beam: Make, clamped: Make, undamped: Make, free: Make, loose: Make
+) -> list[StabilityCase]:
     """Bodies with inverted tets.
 
     What such a body does depends on the last digit, so each is released from several starts; a free
@@ -121,7 +123,7 @@ def inside_out(beam: Make, clamped: Make, undamped: Make, free: Make, loose: Mak
     ]
 
 
-def meshes() -> list[Case]:
+def meshes() -> list[StabilityCase]:
     """Poor tets, in a body released bent and at three times its length."""
     begins = (starts.bent, starts.stretched(3.0))
     slivers: Make = lambda: bodies.body(bodies.sliver_mesh(0.1))  # noqa: E731
@@ -132,10 +134,10 @@ def meshes() -> list[Case]:
     ]
 
 
-def muscles() -> list[Case]:
+def muscles() -> list[StabilityCase]:
     """Slack to full in one step, a pull, and back to slack in one step."""
 
-    def case(name: str, text: str, make: Make, time_step: float) -> Case:
+    def case(name: str, text: str, make: Make, time_step: float) -> StabilityCase:
         let_go = release(name, text, make, starts.at_rest, time_step=time_step)
         pulled = max(20, round(PULL / time_step))
         steps = pulled + let_go.setting.steps
@@ -153,17 +155,17 @@ def muscles() -> list[Case]:
     ]
 
 
-def turning() -> list[Case]:
+def turning() -> list[StabilityCase]:
     """A free cube that turns ten times."""
 
-    def case(name: str, text: str, make: Make, time_step: float, speed: float) -> Case:
-        setting = Setting(
+    def case(name: str, text: str, make: Make, time_step: float, speed: float) -> StabilityCase:
+        setting = CaseSetup(
             make=make,
             starts=(starts.spinning(speed),),
             time_step=time_step,
             steps=round(TURNS * 2.0 * math.pi / (speed * time_step)),
         )
-        return Case(name=name, extreme=text, goal=Goal.TURN, setting=setting)
+        return StabilityCase(name=name, extreme=text, goal=StabilityGoal.TURN, setting=setting)
 
     fast, loose = 2.0 * math.pi * 10.0, cube(damped=False)
     return [
@@ -174,15 +176,17 @@ def turning() -> list[Case]:
     ]
 
 
-def resting() -> list[Case]:
+def resting() -> list[StabilityCase]:
     """100,000 steps in which nothing should happen."""
     down, ground = (0.0, 0.0, -GRAVITY), Plane(friction=0.5)
     tilted = (GRAVITY * math.sin(SLOPE), 0.0, -GRAVITY * math.cos(SLOPE))
-    free = Setting(make=cube(), starts=(starts.at_rest,), time_step=0.01, steps=REST_STEPS)
+    free = CaseSetup(make=cube(), starts=(starts.at_rest,), time_step=0.01, steps=REST_STEPS)
     standing = replace(free, ground=ground, gravity=down)
 
-    def case(name: str, text: str, setting: Setting) -> Case:
-        return Case(name=name, extreme=text, goal=Goal.STAY, setting=setting, long=True)
+    def case(name: str, text: str, setting: CaseSetup) -> StabilityCase:
+        return StabilityCase(
+            name=name, extreme=text, goal=StabilityGoal.STAY, setting=setting, long=True
+        )
 
     loose = replace(free, make=cube(damped=False))
     return [
@@ -198,7 +202,7 @@ def resting() -> list[Case]:
     ]
 
 
-CASES: tuple[Case, ...] = (
+CASES: tuple[StabilityCase, ...] = (
     *time_steps(),
     *materials(),
     *releases(),

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from benchmarks.stability.mujoco_cases import missing
-from benchmarks.stability.outcomes import Outcome, everything, examine_all
+from benchmarks.stability.outcomes import StabilityOutcome, everything, examine_all
 from benchmarks.stability.table import text, write
 from warp_softbody.run.warp_session import warp_engine
 
@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> None:
         parser.error(f"--write: there is no page {str(options.write)!r}")
     if options.peers and (problem := missing()):
         parser.error(problem)
-    outcomes: list[Outcome] = []
+    outcomes: list[StabilityOutcome] = []
     with warp_engine("cpu", on_compile=lambda: None):
         outcomes += examine_all(options.cases, _progress, peers=options.peers)
     _progress("")

@@ -14,7 +14,7 @@ ROUNDINGS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sample:
+class StateSample:
     """What is conserved or lost, of one state, and by how much one step may seem to add to it.
 
     Attributes:
@@ -51,7 +51,7 @@ class Accuracy:
     epsilon: float
 
 
-class Probe:
+class StateProbe:
     """Measures of the states of one body."""
 
     def __init__(
@@ -91,7 +91,9 @@ class Probe:
         length = np.ptp(self._mesh.points, axis=0).max()
         return float(np.linalg.norm(now - rest @ turn.T, axis=1).max() / length)
 
-    def sample(self, positions: FloatArray, velocities: FloatArray, accuracy: Accuracy) -> Sample:
+    def sample(
+        self, positions: FloatArray, velocities: FloatArray, accuracy: Accuracy
+    ) -> StateSample:
         """Energies and spin, and the allowances of one step.
 
         A residual r of the step's equation, ``|r| <= tolerance |M v + dt f|`` over the free nodes,
@@ -111,7 +113,7 @@ class Probe:
         kinetic = float(0.5 * (momenta * velocities).sum())
         rounding = 2.0 * np.sqrt(elastic * noise) + noise + shift * np.abs(weights).sum()
         impulses = accuracy.time_step * self._shift_force(shift)
-        return Sample(
+        return StateSample(
             kinetic=kinetic,
             elastic=elastic,
             weight=-float((weights * positions).sum()),

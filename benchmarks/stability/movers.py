@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from benchmarks.stability.measures import Accuracy, Probe, Sample
+from benchmarks.stability.measures import Accuracy, StateProbe, StateSample
 from benchmarks.stability.starts import Begin
 from warp_softbody import Character, Plane, Scene, SimulationOptions, Stepper, build_model
 from warp_softbody.arrays import FloatArray
@@ -19,7 +19,7 @@ Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setting:
+class CaseSetup:
     """What is run, but for the options under comparison.
 
     Attributes:
@@ -53,7 +53,7 @@ class Mover(Protocol):
     """A body in motion: ours, or another program's."""
 
     character: Character
-    probe: Probe
+    probe: StateProbe
     accuracy: Accuracy
 
     @property
@@ -70,14 +70,14 @@ class Mover(Protocol):
     def step(self) -> StepNote:
         """One step. The state stays where its numbers are not finite."""
 
-    def sample(self) -> Sample:
+    def sample(self) -> StateSample:
         """Measure the state."""
 
 
 class OurBody:
     """A model with its stepper and two states that are swapped."""
 
-    def __init__(self, setting: Setting, begin: Begin, overrides: dict[str, Any]) -> None:
+    def __init__(self, setting: CaseSetup, begin: Begin, overrides: dict[str, Any]) -> None:
         """Build the model under options and put the body where it starts."""
         self.character = setting.make()
         options = SimulationOptions(**{"time_step": setting.time_step, **overrides})
@@ -85,7 +85,7 @@ class OurBody:
         options = with_precision(options, scene)
         # what energy and spin may do is derived from a tolerance
         options = replace(options, tolerance=options.solver_tolerance)
-        self.probe = Probe(self.character, setting.gravity)
+        self.probe = StateProbe(self.character, setting.gravity)
         self.accuracy = Accuracy(
             time_step=options.time_step,
             tolerance=options.solver_tolerance,
@@ -125,6 +125,6 @@ class OurBody:
             finite=statistics.finite,
         )
 
-    def sample(self) -> Sample:
+    def sample(self) -> StateSample:
         """Measure the state."""
         return self.probe.sample(self.positions, self.velocities, self.accuracy)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.stability.measures import Accuracy, Probe, Sample
-from benchmarks.stability.movers import Setting, StepNote
+from benchmarks.stability.measures import Accuracy, StateProbe, StateSample
+from benchmarks.stability.movers import CaseSetup, StepNote
 from benchmarks.stability.starts import Begin
 from warp_softbody import Character
 from warp_softbody.arrays import FloatArray
@@ -34,7 +34,7 @@ def missing() -> str | None:
     return None
 
 
-def can_run(setting: Setting) -> bool:
+def can_run(setting: CaseSetup) -> bool:
     """It has no muscles like ours; ground is left out, where contact would be compared."""
     return setting.pulled == 0 and setting.ground is None
 
@@ -42,10 +42,10 @@ def can_run(setting: Setting) -> bool:
 class FlexBody:
     """A flex whose vertices are bodies with three slides each, without contact."""
 
-    def __init__(self, setting: Setting, begin: Begin) -> None:
+    def __init__(self, setting: CaseSetup, begin: Begin) -> None:
         """Compile the model of a body and put it where it starts."""
         self.character = setting.make()
-        self.probe = Probe(self.character, setting.gravity)
+        self.probe = StateProbe(self.character, setting.gravity)
         self.accuracy = Accuracy(
             time_step=setting.time_step, tolerance=TOLERANCE, epsilon=float(np.finfo(float).eps)
         )
@@ -100,13 +100,13 @@ class FlexBody:
             finite=not any(warnings[int(kind)].number for kind in bad),
         )
 
-    def sample(self) -> Sample:
+    def sample(self) -> StateSample:
         """Measure the state; nothing is known of what a step may add to its energy."""
         sample = self.probe.sample(self.positions, self.velocities, self.accuracy)
         return replace(sample, energy_allowance=UNKNOWN, spin_allowance=UNKNOWN)
 
 
-def _scene(character: Character, setting: Setting) -> str:
+def _scene(character: Character, setting: CaseSetup) -> str:
     mesh, material = character.mesh, character.material
     points = " ".join(f"{value:.17g}" for value in mesh.points.ravel())
     tets = " ".join(map(str, mesh.tets.ravel()))

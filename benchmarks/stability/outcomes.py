@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from benchmarks.stability.cases import Case
+from benchmarks.stability.cases import StabilityCase
 from benchmarks.stability.catalogue import CASES
 from benchmarks.stability.movers import OurBody
 from benchmarks.stability.mujoco_cases import FlexBody, can_run
@@ -31,7 +31,7 @@ GAINS = ("energy", "spin")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class StabilityOutcome:
     """One case under one configuration.
 
     Attributes:
@@ -60,11 +60,11 @@ def _is_no_number(value: object) -> bool:
     return isinstance(value, float) and not math.isfinite(value)
 
 
-def examine(case: Case | Stop, configuration: str) -> Outcome:
+def examine(case: StabilityCase | Stop, configuration: str) -> StabilityOutcome:
     """Run a case."""
     if isinstance(case, Stop):
         ending = case.attempt(CONFIGURATIONS[configuration])
-        return Outcome(
+        return StabilityOutcome(
             case=case.name,
             configuration=configuration,
             verdict=ending.said,
@@ -77,13 +77,15 @@ def examine(case: Case | Stop, configuration: str) -> Outcome:
     return _judged(case, configuration, runs, gains=plain)
 
 
-def examine_mujoco(case: Case) -> Outcome:
+def examine_mujoco(case: StabilityCase) -> StabilityOutcome:
     """Run a case with MuJoCo, whose energy and spin are not judged."""
     runs = tuple(run(case.setting, FlexBody(case.setting, begin)) for begin in case.setting.starts)
     return _judged(case, MUJOCO, runs, gains=False)
 
 
-def _judged(case: Case, configuration: str, runs: tuple[Run, ...], *, gains: bool) -> Outcome:
+def _judged(
+    case: StabilityCase, configuration: str, runs: tuple[Run, ...], *, gains: bool
+) -> StabilityOutcome:
     """What failed by check, each text once, the run farthest from rest first, and a verdict."""
     order = sorted(runs, key=lambda one: -abs(one.volume - 1.0))
     failed = [case.failures(one) for one in order]
@@ -102,7 +104,7 @@ def _judged(case: Case, configuration: str, runs: tuple[Run, ...], *, gains: boo
     gained = [texts[0] for check, texts in failures.items() if check in GAINS]
     if gained:
         verdict = f"{verdict}, but {' and '.join(gained)}"
-    return Outcome(
+    return StabilityOutcome(
         case=case.name,
         configuration=configuration,
         verdict=verdict,
@@ -111,14 +113,14 @@ def _judged(case: Case, configuration: str, runs: tuple[Run, ...], *, gains: boo
     )
 
 
-def everything() -> tuple[Case | Stop, ...]:
+def everything() -> tuple[StabilityCase | Stop, ...]:
     """All rows."""
     return (*CASES, *STOPS)
 
 
 def examine_all(
     names: list[str] | None, progress: Callable[[str], None], *, peers: bool
-) -> Iterator[Outcome]:
+) -> Iterator[StabilityOutcome]:
     """Outcomes of some rows or all, row by row; with ``peers``, MuJoCo's too."""
     for case in everything():
         if names is not None and case.name not in names:
@@ -126,6 +128,6 @@ def examine_all(
         for configuration in CONFIGURATIONS:
             progress(f"{case.name}, {configuration}")
             yield examine(case, configuration)
-        if peers and isinstance(case, Case) and can_run(case.setting):
+        if peers and isinstance(case, StabilityCase) and can_run(case.setting):
             progress(f"{case.name}, {MUJOCO}")
             yield examine_mujoco(case)

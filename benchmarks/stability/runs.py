@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from benchmarks.stability.measures import Sample
-from benchmarks.stability.movers import Mover, Setting, StepNote
+from benchmarks.stability.measures import StateSample
+from benchmarks.stability.movers import CaseSetup, Mover, StepNote
 from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.state import SLACK
 
@@ -67,7 +67,7 @@ class Run:
 class _Log:
     """What is gathered while a run goes on."""
 
-    samples: list[Sample] = field(default_factory=list)
+    samples: list[StateSample] = field(default_factory=list)
     settled: FloatArray = field(default_factory=lambda: np.zeros(3))
     steps: int = 0
     iterations: int = 0
@@ -80,7 +80,7 @@ class _Log:
         self.unconverged += not note.converged
 
 
-def run(setting: Setting, body: Mover) -> Run:
+def run(setting: CaseSetup, body: Mover) -> Run:
     """Step a body through a setting from where it starts."""
     log = _Log()
     log.samples.append(body.sample())
@@ -101,7 +101,7 @@ def run(setting: Setting, body: Mover) -> Run:
     return _summary(setting, body, log, stride)
 
 
-def _summary(setting: Setting, body: Mover, log: _Log, stride: int) -> Run:
+def _summary(setting: CaseSetup, body: Mover, log: _Log, stride: int) -> Run:
     positions, probe, samples, steps = body.positions, body.probe, log.samples, log.steps
     material, volumes = body.character.material, probe.volumes(positions)
     # the virial of a turning body, integral of tr(stress) = 2 kinetic energy, in Hooke's law
@@ -131,7 +131,7 @@ def _summary(setting: Setting, body: Mover, log: _Log, stride: int) -> Run:
     )
 
 
-def _drift_allowance(setting: Setting, body: Mover, steps: int) -> float:
+def _drift_allowance(setting: CaseSetup, body: Mover, steps: int) -> float:
     """A step may be off by a rounding of the position and by the residual of the weight's impulse.
 
     Such errors, independent of each other, add up with the square root of their number.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.stability.outcomes import CONFIGURATIONS, Outcome, everything
+from benchmarks.stability.outcomes import CONFIGURATIONS, StabilityOutcome, everything
 from benchmarks.stability.peers import PEERS, peers
 from warp_softbody.atomic_files import replace_text
 
@@ -16,7 +16,7 @@ MOST_CHARACTERS = 140
 """Of a cell."""
 
 
-def markdown(outcomes: Sequence[Outcome]) -> str:
+def markdown(outcomes: Sequence[StabilityOutcome]) -> str:
     """What peers and ours did, and the numbers of the first configuration and of all failures."""
     found = {(outcome.case, outcome.configuration): outcome for outcome in outcomes}
     verdicts = [["case", "what is extreme", *PEERS, *CONFIGURATIONS]]
@@ -38,7 +38,7 @@ def markdown(outcomes: Sequence[Outcome]) -> str:
     return f"{_table(verdicts)}\n\n{_table(numbers)}"
 
 
-def _cell(outcome: Outcome) -> str:
+def _cell(outcome: StabilityOutcome) -> str:
     text = outcome.verdict
     if len(text) > MOST_CHARACTERS:
         text = text[: MOST_CHARACTERS - 3] + "..."
@@ -62,7 +62,7 @@ NUMBERS = (
 )
 
 
-def _numbers(outcome: Outcome) -> list[str]:
+def _numbers(outcome: StabilityOutcome) -> list[str]:
     """The worst of the runs in each column; a dash for what none came to, or is not known."""
     runs = outcome.runs
     ended = [run for run in runs if run.stopped is None and run.overlooked is None]
@@ -97,7 +97,7 @@ def _table(rows: list[list[str]]) -> str:
     return "\n".join(lines)
 
 
-def text(outcomes: Sequence[Outcome]) -> str:
+def text(outcomes: Sequence[StabilityOutcome]) -> str:
     """A line for each outcome, for a terminal."""
     width = max(len(outcome.case) for outcome in outcomes)
     return "\n".join(
@@ -120,7 +120,7 @@ def replaced(page: str, table: str) -> str:
     return f"{before}{BEGIN}\n\n{table}\n\n{END}{after}"
 
 
-def write(path: Path, outcomes: Sequence[Outcome]) -> None:
+def write(path: Path, outcomes: Sequence[StabilityOutcome]) -> None:
     """Put the tables into a page."""
     page = path.read_text(encoding="utf-8")
     replace_text(path, replaced(page, markdown(outcomes)))

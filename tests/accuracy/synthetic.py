@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from warp_softbody.accuracy.analysis.design import first_points
-from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.case import ChartCase
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
 from warp_softbody.accuracy.runs.outcome import RunOutcome
@@ -43,6 +43,6 @@ def outcome(settings: Settings) -> RunOutcome:
     )
 
 
-def outcomes(case: Case = CASE) -> dict[Settings, RunOutcome]:
+def outcomes(case: ChartCase = CASE) -> dict[Settings, RunOutcome]:
     """Of all points that do not depend on a measurement."""
     return {settings: outcome(settings) for settings in first_points(case)}

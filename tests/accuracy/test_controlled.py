@@ -9,10 +9,10 @@ import pytest
 
 from warp_softbody.accuracy.analysis.chart import Chart, Point
 from warp_softbody.accuracy.analysis.design import first_points, reference_family, useful
-from warp_softbody.accuracy.analysis.motion import Motion, Ruler
+from warp_softbody.accuracy.analysis.motion import MeasuredMotion, Ruler
 from warp_softbody.accuracy.analysis.reference import Reference, reference_of
 from warp_softbody.accuracy.analysis.tuning import MARGIN, choose
-from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.case import ChartCase
 from warp_softbody.accuracy.cases.letter_rows import LETTERS
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
@@ -47,7 +47,7 @@ def outcome(settings: Settings) -> RunOutcome:
     )
 
 
-def outcomes(case: Case = CASE) -> dict[Settings, RunOutcome]:
+def outcomes(case: ChartCase = CASE) -> dict[Settings, RunOutcome]:
     return {settings: outcome(settings) for settings in first_points(case)}
 
 
@@ -72,7 +72,7 @@ def test_the_reference_is_a_run_and_nothing_is_extrapolated() -> None:
 
 
 @pytest.mark.parametrize("case", LETTERS, ids=lambda case: case.scene)
-def test_three_runs_make_a_reference(case: Case) -> None:
+def test_three_runs_make_a_reference(case: ChartCase) -> None:
     """No more, as the refined mesh is what costs; and all that is needed."""
     for chosen in (case, case.quickly()):
         family = reference_family(chosen)
@@ -82,7 +82,7 @@ def test_three_runs_make_a_reference(case: Case) -> None:
     assert len(family) == 3 and sum(one.level for one in family) == 1
 
 
-def outcome_of(case: Case) -> RunOutcome:
+def outcome_of(case: ChartCase) -> RunOutcome:
     values = dict.fromkeys(case.functionals, 1.0)
     return replace(outcome(case.default), functionals=values)
 
@@ -108,7 +108,9 @@ def test_nothing_of_nothing_is_no_error() -> None:
     """Heights may be exactly 0, of what is compared or of what it is compared with."""
     case = CASES["crawl-i-inchworm"]
     flat, arched = (
-        Motion(path=np.zeros((1, 1, 3)), functionals={**outcome_of(case).functionals, "arch": h})
+        MeasuredMotion(
+            path=np.zeros((1, 1, 3)), functionals={**outcome_of(case).functionals, "arch": h}
+        )
         for h in (0.0, 0.2)
     )
     assert RULER.distance(flat, flat) == 0.0

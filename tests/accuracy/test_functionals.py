@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warp_softbody import scenes
-from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.case import ChartCase
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 from warp_softbody.accuracy.cases.letter_rows import LETTERS
 from warp_softbody.accuracy.cases.track import Track
@@ -100,7 +100,7 @@ def test_heights_of_belly_and_feet() -> None:
 
 
 @pytest.mark.parametrize("case", LETTERS, ids=lambda case: case.scene)
-def test_a_body_that_does_nothing_is_measured_too(case: Case) -> None:
+def test_a_body_that_does_nothing_is_measured_too(case: ChartCase) -> None:
     """Numbers, not errors, whatever a setting does to a motion."""
     idle = track(case.scene, *still())
     assert all(np.isfinite(value(name, idle)) for name in case.functionals)

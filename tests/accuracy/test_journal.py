@@ -13,7 +13,7 @@ import pytest
 
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.runs.job import Job
-from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.journal import RunJournal
 from warp_softbody.accuracy.runs.outcome import RunOutcome, refused
 from warp_softbody.errors import OutputError
 
@@ -47,7 +47,7 @@ JOBS = [job(1.0 / 30.0), job(1.0 / 60.0), job(1.0 / 120.0)]
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A journal of three runs, the last of which was refused."""
-    journal = Journal(tmp_path, "cantilever")
+    journal = RunJournal(tmp_path, "cantilever")
     for number, one in enumerate(JOBS[:2]):
         journal.add(one, outcome(1.0 + number))
     journal.add(JOBS[2], refused("no such combination"))
@@ -55,11 +55,11 @@ def folder(tmp_path: Path) -> Path:
 
 
 def kept(folder: Path) -> list[str]:
-    return list(Journal(folder, "cantilever").outcomes)
+    return list(RunJournal(folder, "cantilever").outcomes)
 
 
 def test_runs_are_found_again(folder: Path) -> None:
-    found = Journal(folder, "cantilever").outcomes
+    found = RunJournal(folder, "cantilever").outcomes
     assert list(found) == [one.key for one in JOBS]
     np.testing.assert_array_equal(found[JOBS[1].key].path, outcome(2.0).path)
     assert found[JOBS[2].key].status == "no such combination"
@@ -128,7 +128,7 @@ def test_a_damaged_line_is_passed_over(folder: Path, line: bytes) -> None:
     file.write_bytes(b"\n".join([lines[0], line, lines[2]]))
     assert kept(folder) == [JOBS[0].key, JOBS[2].key]
     # and what is added after a line that was torn has one of its own
-    Journal(folder, "cantilever").add(JOBS[1], outcome(2.0))
+    RunJournal(folder, "cantilever").add(JOBS[1], outcome(2.0))
     assert len(kept(folder)) == 3
 
 
@@ -159,21 +159,21 @@ def test_an_array_is_on_the_disk_before_its_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     order: list[str] = []
-    append = Journal._append
+    append = RunJournal._append
 
-    def first_look(journal: Journal, line: bytes) -> None:
+    def first_look(journal: RunJournal, line: bytes) -> None:
         order.extend(path.name for path in (tmp_path / "cantilever").iterdir())
         append(journal, line)
 
-    monkeypatch.setattr(Journal, "_append", first_look)
-    Journal(tmp_path, "cantilever").add(JOBS[0], outcome(1.0))
+    monkeypatch.setattr(RunJournal, "_append", first_look)
+    RunJournal(tmp_path, "cantilever").add(JOBS[0], outcome(1.0))
     assert order == [f"{JOBS[0].key}.npy"]
 
 
 def test_a_full_disk_is_one_sentence(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was written of the line is passed over, and the next one has a line of its own."""
     write = os.write
-    journal = Journal(folder, "cantilever")
+    journal = RunJournal(folder, "cantilever")
     monkeypatch.setattr(os, "write", lambda file, line: write(file, line[:50]))
     with pytest.raises(OutputError, match="the disk is full"):
         journal.add(job(1.0 / 240.0), outcome(4.0))
@@ -188,4 +188,4 @@ def test_a_journal_that_cannot_be_kept_is_refused_at_once(tmp_path: Path) -> Non
     (tmp_path / "cantilever.jsonl").mkdir()
     for folder in (tmp_path / "file", tmp_path / "file" / "below", tmp_path, Path("/proc/self")):
         with pytest.raises(OutputError, match="cannot write into"):
-            Journal(folder, "cantilever")
+            RunJournal(folder, "cantilever")

@@ -9,7 +9,7 @@ import pytest
 
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.settings import Settings
-from warp_softbody.accuracy.runs.flex import FlexBody
+from warp_softbody.accuracy.runs.flex import FlexOnFloor
 from warp_softbody.accuracy.runs.job import Job
 from warp_softbody.accuracy.runs.running import run_job
 
@@ -42,7 +42,7 @@ def test_mujoco_falls_like_ours_but_for_its_law() -> None:
 def test_flex_falls_freely_and_lands_on_the_floor() -> None:
     scene = scenes.make("drop-block").scene
     step = 1.0 / 480.0
-    body = FlexBody(scene, step)
+    body = FlexOnFloor(scene, step)
     rest = scene.character.mesh.points
     for _ in range(36):
         assert body.step().converged

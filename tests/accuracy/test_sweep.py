@@ -16,7 +16,7 @@ import pytest
 from tests.accuracy.inline import Inline
 from tests.accuracy.short_runs import jobs
 from warp_softbody.accuracy.cases.settings import Settings
-from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.journal import RunJournal
 from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.accuracy.runs.sweep import sweep
@@ -39,7 +39,7 @@ def assert_same(one: dict[str, RunOutcome], other: dict[str, RunOutcome]) -> Non
 @pytest.fixture(scope="module")
 def straight(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RunOutcome]:
     """All of them, here, without a stop."""
-    journal = Journal(tmp_path_factory.mktemp("straight"), "cantilever")
+    journal = RunJournal(tmp_path_factory.mktemp("straight"), "cantilever")
     return sweep(jobs(), journal, Inline())
 
 
@@ -66,20 +66,22 @@ def test_a_stopped_sweep_goes_on_where_it_was(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(jobs(), Journal(tmp_path, "cantilever"), Inline(), interrupt)
+        sweep(jobs(), RunJournal(tmp_path, "cantilever"), Inline(), interrupt)
     file = tmp_path / "cantilever.jsonl"
     kept = file.read_text().splitlines()
     assert len(kept) == 2
     file.write_text("\n".join(kept) + "\n" + kept[-1][:40])
     again = Inline()
     told: list[tuple[int, int]] = []
-    found = sweep(jobs(), Journal(tmp_path, "cantilever"), again, lambda a, b: told.append((a, b)))
+    found = sweep(
+        jobs(), RunJournal(tmp_path, "cantilever"), again, lambda a, b: told.append((a, b))
+    )
     assert again.calls == len(jobs()) - len(kept)
     assert told[0] == (len(kept), 6) and told[-1] == (6, 6)
     assert_same(found, straight)
     # the third time nothing is left to do
     idle = Inline()
-    assert_same(sweep(jobs(), Journal(tmp_path, "cantilever"), idle), straight)
+    assert_same(sweep(jobs(), RunJournal(tmp_path, "cantilever"), idle), straight)
     assert idle.calls == 0
 
 
@@ -90,12 +92,12 @@ def test_a_killed_sweep_goes_on_where_it_was(
 import sys
 from pathlib import Path
 from tests.accuracy.short_runs import jobs
-from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.journal import RunJournal
 from warp_softbody.accuracy.runs.sweep import sweep
 from warp_softbody.accuracy.runs.workers import workers
 if __name__ == "__main__":
     with workers(1) as executor:
-        sweep(jobs(), Journal(Path({str(tmp_path)!r}), "cantilever"), executor)
+        sweep(jobs(), RunJournal(Path({str(tmp_path)!r}), "cantilever"), executor)
 """
     source = tmp_path / "sweep_and_be_killed.py"
     source.write_text(script)
@@ -110,16 +112,16 @@ if __name__ == "__main__":
     finally:
         process.kill()
         process.wait()
-    kept = len(Journal(tmp_path, "cantilever").outcomes)
+    kept = len(RunJournal(tmp_path, "cantilever").outcomes)
     assert kept >= 2
     rest = Inline()
-    assert_same(sweep(jobs(), Journal(tmp_path, "cantilever"), rest), straight)
+    assert_same(sweep(jobs(), RunJournal(tmp_path, "cantilever"), rest), straight)
     assert rest.calls == len(jobs()) - kept
 
 
 def test_other_processes_find_the_same(straight: dict[str, RunOutcome], tmp_path: Path) -> None:
     with workers(2) as executor:
-        assert_same(sweep(jobs(), Journal(tmp_path, "cantilever"), executor), straight)
+        assert_same(sweep(jobs(), RunJournal(tmp_path, "cantilever"), executor), straight)
 
 
 def test_a_dask_cluster_finds_the_same(straight: dict[str, RunOutcome], tmp_path: Path) -> None:
@@ -130,7 +132,7 @@ def test_a_dask_cluster_finds_the_same(straight: dict[str, RunOutcome], tmp_path
         ) as cluster,
         workers(1, cluster.scheduler_address) as executor,
     ):
-        found = sweep(jobs(), Journal(tmp_path, "cantilever"), executor)
+        found = sweep(jobs(), RunJournal(tmp_path, "cantilever"), executor)
     assert_same(found, straight)
 
 
@@ -164,9 +166,9 @@ def test_a_combination_that_is_refused_does_not_end_a_sweep(tmp_path: Path) -> N
     settings = Settings(time_step=1.0 / 60.0, elements="smoothed", tangent="exact")
     wrong = replace(jobs()[0], settings=settings)
     assert not settings.possible
-    outcome = sweep([wrong], Journal(tmp_path, "cantilever"), Inline())[wrong.key]
+    outcome = sweep([wrong], RunJournal(tmp_path, "cantilever"), Inline())[wrong.key]
     assert not outcome.complete and "warped tangent" in outcome.status
-    kept = Journal(tmp_path, "cantilever").outcomes[wrong.key]
+    kept = RunJournal(tmp_path, "cantilever").outcomes[wrong.key]
     assert kept.status == outcome.status
 
 

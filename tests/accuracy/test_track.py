@@ -10,7 +10,12 @@ import pytest
 from tests.support.bodies import turn
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
-from warp_softbody.accuracy.cases.track import MOST_POINTS, Probe, Track, material_points
+from warp_softbody.accuracy.cases.track import (
+    MOST_POINTS,
+    MaterialPointTracker,
+    Track,
+    material_points,
+)
 from warp_softbody.arrays import FloatArray
 from warp_softbody.world.refined_scene import refined_scene
 from warp_softbody.world.scene import Scene
@@ -28,7 +33,7 @@ def test_linear_motions_are_seen_alike_on_every_mesh(cells: int, level: int) -> 
     places = material_points(scenes.make("cantilever").scene)
     assert sum(map(len, places)) <= MOST_POINTS
     scene = refined_scene(scenes.make("cantilever", {"cells": cells}).scene, level)
-    seen = Probe(scene, places)(linear(scene.whole.mesh.points))
+    seen = MaterialPointTracker(scene, places)(linear(scene.whole.mesh.points))
     np.testing.assert_allclose(seen, linear(np.concatenate(places)), atol=1e-12)
 
 
@@ -39,14 +44,14 @@ def test_on_a_refined_mesh_they_are_nodes() -> None:
     start = np.concatenate(material_points(coarse))
     moved = np.sin(20.0 * fine.whole.mesh.points)
     np.testing.assert_allclose(
-        Probe(fine, material_points(coarse))(moved), np.sin(20.0 * start), atol=1e-10
+        MaterialPointTracker(fine, material_points(coarse))(moved), np.sin(20.0 * start), atol=1e-10
     )
 
 
 def test_places_outside_a_coarser_ball_are_carried_on() -> None:
     places = material_points(scenes.make("bounce-ball", {"cells": 2}).scene)
     scene = scenes.make("bounce-ball", {"cells": 1}).scene
-    seen = Probe(scene, places)(linear(scene.whole.mesh.points))
+    seen = MaterialPointTracker(scene, places)(linear(scene.whole.mesh.points))
     np.testing.assert_allclose(seen, linear(np.concatenate(places)), atol=1e-12)
 
 

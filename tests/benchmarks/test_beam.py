@@ -15,7 +15,7 @@ from benchmarks.beam import command as beam
 from benchmarks.beam.cantilever import TIME_STEP, cantilever
 from benchmarks.beam.rounds import Entrant, run_in_turn
 from benchmarks.beam.solver import static_sag
-from benchmarks.beam.table import Result
+from benchmarks.beam.table import BeamResult
 from warp_softbody import SimulationOptions
 from warp_softbody.accuracy.runs.peers.beam import MATERIAL, StepReport
 from warp_softbody.accuracy.runs.peers.corotation import CorotationalSystem
@@ -70,7 +70,7 @@ def test_our_beam_solves_its_system_and_sags_as_it_should(
     precision: Precision, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (result,) = run(capsys, "--precision", precision)
-    assert set(result) == set(Result.__dataclass_fields__)
+    assert set(result) == set(BeamResult.__dataclass_fields__)
     assert result["tets"] == 810
     assert result["steps"] == STEPS
     assert result["step_ratio"] == 1.0

@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from benchmarks.beam.cantilever import TIME_STEP, cantilever
 from benchmarks.beam.ours import OurBeam
 from benchmarks.preconditioners import command as preconditioners
-from benchmarks.preconditioners.command import OURS, PRECONDITIONERS, Result, examine
+from benchmarks.preconditioners.command import OURS, PRECONDITIONERS, PreconditionerResult, examine
 from benchmarks.preconditioners.factors import factorise, incomplete_ldl
 from benchmarks.preconditioners.system import (
     SWING_STEPS,
@@ -50,7 +50,7 @@ def system() -> StepSystem:
 
 
 @pytest.fixture(scope="module")
-def results(system: StepSystem) -> dict[str, Result]:
+def results(system: StepSystem) -> dict[str, PreconditionerResult]:
     return {name: examine(810, system, name) for name in NAMES}
 
 
@@ -77,11 +77,11 @@ def test_objects_are_printed_for_each_preconditioner(capsys: pytest.CaptureFixtu
     objects = json.loads(capsys.readouterr().out)
     assert [found["preconditioner"] for found in objects] == NAMES
     for found in objects:
-        assert set(found) == set(Result.__dataclass_fields__)
+        assert set(found) == set(PreconditionerResult.__dataclass_fields__)
         assert found["work"] == found["iterations"] * found["work_per_iteration"]
 
 
-def test_table_has_a_line_for_each_result(results: dict[str, Result]) -> None:
+def test_table_has_a_line_for_each_result(results: dict[str, PreconditionerResult]) -> None:
     _, *lines = preconditioners.table(list(results.values())).splitlines()
     assert all(name in line for name, line in zip(NAMES, lines, strict=True))
 
@@ -117,7 +117,7 @@ def test_preconditioners_are_symmetric(system: StepSystem, condition: float, nam
 def test_iterations_are_within_the_bound_of_the_condition_number(
     system: StepSystem,
     condition: float,
-    results: dict[str, Result],
+    results: dict[str, PreconditionerResult],
     spectra: dict[str, FloatArray],
     name: str,
 ) -> None:
@@ -132,7 +132,9 @@ def test_iterations_are_within_the_bound_of_the_condition_number(
     assert 1 <= results[name].iterations <= most
 
 
-def test_counts_stand_in_the_order_that_the_page_claims(results: dict[str, Result]) -> None:
+def test_counts_stand_in_the_order_that_the_page_claims(
+    results: dict[str, PreconditionerResult],
+) -> None:
     counts = {name: results[name].iterations for name in NAMES}
     one_level = ["none", "point Jacobi", "block Jacobi", "Gauss-Seidel", "incomplete factor"]
     assert np.all(np.diff([counts[name] for name in one_level]) < 0)
@@ -144,7 +146,9 @@ def test_counts_stand_in_the_order_that_the_page_claims(results: dict[str, Resul
     assert counts[OURS] <= counts["same, present coarse"] + 1
 
 
-def test_work_stands_in_the_order_that_the_page_claims(results: dict[str, Result]) -> None:
+def test_work_stands_in_the_order_that_the_page_claims(
+    results: dict[str, PreconditionerResult],
+) -> None:
     total = {name: results[name].work + results[name].renewal for name in NAMES}
     dearer = [*NAMES[: NAMES.index(OURS)], "same, present coarse"]
     assert total[OURS] < min(total[name] for name in dearer)

@@ -47,7 +47,7 @@ def test_a_folder_of_instances_is_printed(
 
 def test_the_gap_ratio_compares_means() -> None:
     trials = [
-        qpcc_paper.Trial(static=3.0, ours=1.1, exhaustive=1.0, qps=3),
-        qpcc_paper.Trial(static=2.0, ours=1.0, exhaustive=1.0, qps=5),
+        qpcc_paper.MethodComparison(static=3.0, ours=1.1, exhaustive=1.0, qps=3),
+        qpcc_paper.MethodComparison(static=2.0, ours=1.0, exhaustive=1.0, qps=5),
     ]
     np.testing.assert_allclose(qpcc_paper.gap_ratio(trials), 3.0 / 0.1)

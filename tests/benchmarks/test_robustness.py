@@ -11,16 +11,18 @@ import pytest
 from benchmarks.motions.criteria import CRITERIA
 from benchmarks.motions.measures import lifts, slip
 from benchmarks.robustness.command import main
-from benchmarks.robustness.runs import Outcome
+from benchmarks.robustness.runs import VariationOutcome
 from benchmarks.robustness.table import BEGIN, END, markdown
 from benchmarks.robustness.variations import VARIATIONS, make_meshes
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.body_motion import spans
 
 
-def outcome(variation: str, own: str, *failures: str, volume: float = 0.01) -> Outcome:
+def outcome(variation: str, own: str, *failures: str, volume: float = 0.01) -> VariationOutcome:
     values = {"volume": volume, "reversals": 0.1}
-    return Outcome(scene="slide-f", variation=variation, own=own, failures=failures, values=values)
+    return VariationOutcome(
+        scene="slide-f", variation=variation, own=own, failures=failures, values=values
+    )
 
 
 def test_every_controlled_scene_has_criteria() -> None:

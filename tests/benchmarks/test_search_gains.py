@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.gains.cases import CASES, Goal, Range, at_most
+from benchmarks.gains.cases import CASES, MeasureBound, Range, at_most
 from benchmarks.gains.command import cost, missing, search, write
 
 CASE = replace(
@@ -38,7 +38,7 @@ def test_it_draws_within_the_ranges_and_begins_with_the_shipped_gains(tmp_path: 
 
 def test_a_goal_costs_what_is_missing_to_it_with_its_margin() -> None:
     # 0.25 with a tenth more is 0.275
-    goal = Goal("way", 0.25)
+    goal = MeasureBound("way", 0.25)
     assert missing(goal, {"way": 0.22}, 0.1) == pytest.approx(0.055 / 0.275)
     assert missing(goal, {"way": 0.3}, 0.1) == 0.0
     assert missing(at_most("tilt", 5.0), {"tilt": 90.0}, 0.0) == 1.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.charts import unseen
-from benchmarks.charts.unseen import BOUNDS, VARIANTS, Variant, Verdict
+from benchmarks.charts.unseen import BOUNDS, VARIANTS, UnseenChoice, Variant
 from tests.accuracy import synthetic
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.table import CASES
@@ -25,10 +25,10 @@ def test_every_variant_is_a_scene_with_a_setting_changed() -> None:
 
 
 def test_verdicts_count_what_holds_and_what_it_costs() -> None:
-    good = Verdict(bound=0.02, error=0.01, ratio=1.0)
-    dear = Verdict(bound=0.02, error=0.01, ratio=2.0)
-    missed = Verdict(bound=0.02, error=0.03, ratio=0.5)
-    refused = Verdict(bound=0.02, error=None, ratio=None)
+    good = UnseenChoice(bound=0.02, error=0.01, ratio=1.0)
+    dear = UnseenChoice(bound=0.02, error=0.01, ratio=2.0)
+    missed = UnseenChoice(bound=0.02, error=0.03, ratio=0.5)
+    refused = UnseenChoice(bound=0.02, error=None, ratio=None)
     told = unseen.totals("tried", [good, dear, missed, refused])
     assert "2 of 3 offered hold, 1 not offered" in told and "above 1.3 in 1 of 2" in told
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.motions.criteria import examine
-from benchmarks.motions.criterion import Motion
+from benchmarks.motions.criterion import RecordedMotion
 from warp_softbody import scenes
 from warp_softbody.cli import main
 from warp_softbody.stage_exports import validate
 
 
-def run(scene: str, folder: Path, *options: str, volume: float = 0.05) -> Motion:
+def run(scene: str, folder: Path, *options: str, volume: float = 0.05) -> RecordedMotion:
     """A run's motion; its stage is valid and finite, without inverted or sunken tets.
 
     The volume of the body may change by the share given; the paper's by 0.15.
@@ -21,7 +21,7 @@ def run(scene: str, folder: Path, *options: str, volume: float = 0.05) -> Motion
     stage = folder / f"{scene}.usdc"
     assert main(["run", scene, "--out", str(stage), "--fps", "60", "--quiet", *options]) == 0
     assert validate(stage) == []
-    motion = Motion.read(stage, scenes.make(scene).scene.character)
+    motion = RecordedMotion.read(stage, scenes.make(scene).scene.character)
     measures = motion.measures
     assert measures.finite.all()
     assert measures.smallest_volume_ratio.min() > 0.0
@@ -30,6 +30,6 @@ def run(scene: str, folder: Path, *options: str, volume: float = 0.05) -> Motion
     return motion
 
 
-def missed(scene: str, motion: Motion) -> list[str]:
+def missed(scene: str, motion: RecordedMotion) -> list[str]:
     """What is asked of the scene and not met, each with its number."""
     return [str(finding) for finding in examine(scene, motion) if not finding.holds]

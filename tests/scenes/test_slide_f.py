@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.motions.criterion import Motion
+from benchmarks.motions.criterion import RecordedMotion
 from benchmarks.motions.measures import base_path
 from tests.scenes.runs import missed, run
 from warp_softbody import scenes
@@ -18,7 +18,7 @@ STARTS, STRONGEST, ENDS = 0.5, 3.0, 3.5  # s, of the pull
 SCENES = ("slide-f", "slide-f-left", "slide-f-delayed")
 
 
-def rests_at_the_end(motion: Motion) -> bool:
+def rests_at_the_end(motion: RecordedMotion) -> bool:
     """Whether the base has moved by less than 0.1 m in the last half second."""
     times, path = motion.measures.times, base_path(motion.take)[:, 0]
     return bool(np.ptp(path[times > times[-1] - 0.5]) < 0.1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.motions.criteria import LIFTED, feet
-from benchmarks.motions.criterion import Motion
+from benchmarks.motions.criterion import RecordedMotion
 from benchmarks.motions.measures import lifts
 from tests.scenes.runs import missed, run
 from warp_softbody.characters import letter_x
@@ -19,7 +19,7 @@ GAITS = {"walk-x": (SLOW, 4), "walk-x-fast": (FAST, 2)}
 """Gains, and swings in a cycle."""
 
 
-def walks(scene: str, folder: Path, *options: str) -> Motion:
+def walks(scene: str, folder: Path, *options: str) -> RecordedMotion:
     """A run that goes a body length ahead on feet that are lifted, and does not fall."""
     motion = run(scene, folder, *options)
     assert missed(scene, motion) == []

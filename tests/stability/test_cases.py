@@ -8,8 +8,14 @@ from functools import cache
 import pytest
 from _pytest.mark import ParameterSet
 
-from benchmarks.stability.cases import Case
-from benchmarks.stability.outcomes import CONFIGURATIONS, GAINS, Outcome, everything, examine
+from benchmarks.stability.cases import StabilityCase
+from benchmarks.stability.outcomes import (
+    CONFIGURATIONS,
+    GAINS,
+    StabilityOutcome,
+    everything,
+    examine,
+)
 from tests.stability.known import GAIN, HANGS_ON_ROUNDING, RECOVERY
 
 ROWS = {row.name: row for row in everything()}
@@ -21,14 +27,14 @@ SHORT_WORK = 2e5
 
 
 @cache
-def outcome(name: str, configuration: str) -> Outcome:
+def outcome(name: str, configuration: str) -> StabilityOutcome:
     return examine(ROWS[name], configuration)
 
 
 def takes_long(name: str, configuration: str) -> bool:
     """Long cases, and dear ones under all configurations but the first."""
     row = ROWS[name]
-    if not isinstance(row, Case):
+    if not isinstance(row, StabilityCase):
         return False
     setting = row.setting
     work = setting.steps * len(setting.starts) * len(setting.make().mesh.tets)

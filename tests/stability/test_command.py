@@ -11,7 +11,7 @@ import pytest
 from benchmarks.stability import table as stability_table
 from benchmarks.stability.command import main
 from benchmarks.stability.mujoco_cases import missing
-from benchmarks.stability.outcomes import CONFIGURATIONS, Outcome, everything
+from benchmarks.stability.outcomes import CONFIGURATIONS, StabilityOutcome, everything
 from benchmarks.stability.peers import MEASURED, MUJOCO, PEERS, TIME_STEPS
 from benchmarks.stability.runs import Run
 
@@ -19,9 +19,11 @@ PAGE = Path(__file__).parents[2] / "docs" / "stability.md"
 NAMES = [row.name for row in everything()]
 
 
-def outcomes() -> list[Outcome]:
+def outcomes() -> list[StabilityOutcome]:
     return [
-        Outcome(case=name, configuration=configuration, verdict=f"{name} fares well", failures={})
+        StabilityOutcome(
+            case=name, configuration=configuration, verdict=f"{name} fares well", failures={}
+        )
         for name in NAMES
         for configuration in CONFIGURATIONS
     ]
@@ -45,7 +47,7 @@ def test_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_json_has_null_for_what_a_stopped_run_did_not_come_to() -> None:
-    stopped = Outcome(
+    stopped = StabilityOutcome(
         case="a", configuration="b", verdict="stops", failures={}, runs=(Run(stopped=3),)
     )
     (one,) = json.loads(json.dumps(stopped.to_dict(), allow_nan=False))["runs"]

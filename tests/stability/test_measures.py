@@ -14,14 +14,14 @@ from benchmarks.stability.bodies import (
     tiny_tet_mesh,
 )
 from benchmarks.stability.cases import REDUCTION, settling_steps, spectral_radius
-from benchmarks.stability.measures import Accuracy, Probe
+from benchmarks.stability.measures import Accuracy, StateProbe
 from tests.support.bodies import crumpled, turn
 from tests.verification import reference
 from warp_softbody import Material
 from warp_softbody.arrays import FloatArray
 
 BAR = body(bar_mesh())
-PROBE = Probe(BAR)
+PROBE = StateProbe(BAR)
 SINGLE = Accuracy(time_step=0.01, tolerance=0.0, epsilon=float(np.finfo(np.float32).eps))
 STILL = np.zeros_like(BAR.mesh.points)
 
@@ -40,7 +40,7 @@ def test_forces_are_those_of_the_method() -> None:
     forces = reference.elastic_forces(BAR.mesh, BAR.material, positions)
     right = PROBE.masses[:, None] * velocities + 0.01 * forces
     exact = Accuracy(time_step=0.01, tolerance=1.0, epsilon=0.0)
-    sample = Probe(body(bar_mesh(), clamped=False)).sample(positions, velocities, exact)
+    sample = StateProbe(body(bar_mesh(), clamped=False)).sample(positions, velocities, exact)
     expected = np.linalg.norm(right) * np.linalg.norm(velocities)
     assert sample.energy_allowance == pytest.approx(expected, rel=1e-12)
 
@@ -59,7 +59,7 @@ def test_rounding_of_positions_stays_within_the_allowance(crumple: float) -> Non
 def test_spin_and_kinetic_energy_of_a_turning_block() -> None:
     """Lumped masses have their own moment of inertia, computed here as a matrix."""
     mesh = bar_mesh((2, 2, 2))
-    probe = Probe(body(mesh, clamped=False))
+    probe = StateProbe(body(mesh, clamped=False))
     omega = np.array([1.0, -2.0, 0.5])
     arms = mesh.points - probe.masses @ mesh.points / probe.masses.sum()
     inertia = np.einsum("n,nij->ij", probe.masses, _inertia(arms))

@@ -19,7 +19,7 @@ from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
-Motion = Callable[[FloatArray, float], FloatArray]
+RecordedMotion = Callable[[FloatArray, float], FloatArray]
 MakeFrames = Callable[..., Iterator[Frame]]
 WriteTake = Callable[..., Path]
 
@@ -79,7 +79,7 @@ def make_frames() -> MakeFrames:
     """Frames of a scene in which every material point follows `motion(points, time)`."""
 
     def make(
-        scene: Scene, count: int = 6, motion: Motion = _sway, fps: float = 30.0
+        scene: Scene, count: int = 6, motion: RecordedMotion = _sway, fps: float = 30.0
     ) -> Iterator[Frame]:
         character = scene.character
         rest = character.mesh.points
@@ -109,7 +109,7 @@ def make_frames() -> MakeFrames:
 def write_take(scene: Scene, make_frames: MakeFrames, tmp_path: Path) -> WriteTake:
     """Write a take of the block and return its path."""
 
-    def write(name: str = "take.usdc", motion: Motion = _sway, count: int = 6) -> Path:
+    def write(name: str = "take.usdc", motion: RecordedMotion = _sway, count: int = 6) -> Path:
         path = tmp_path / name
         with StageWriter(path, scene, fps=30) as stage:
             for frame in make_frames(scene, count, motion):

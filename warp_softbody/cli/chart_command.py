@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from warp_softbody.accuracy.analysis.chart import Chart
-    from warp_softbody.accuracy.cases.case import Case
+    from warp_softbody.accuracy.cases.case import ChartCase
     from warp_softbody.accuracy.runs.sweep import Progress
 
 FOLDER = Path("frontier")
@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     return FAILED if failed else 0
 
 
-def _made(case: Case, args: argparse.Namespace, executor: Executor) -> dict[str, Any]:
+def _made(case: ChartCase, args: argparse.Namespace, executor: Executor) -> dict[str, Any]:
     """A scene's chart and its files."""
     from warp_softbody.accuracy.analysis.files import as_dict, write_tables
     from warp_softbody.accuracy.analysis.picture import draw
@@ -113,7 +113,7 @@ def _made(case: Case, args: argparse.Namespace, executor: Executor) -> dict[str,
     return {**as_dict(chart), "files": files}
 
 
-def _cases(scene: str) -> list[Case]:
+def _cases(scene: str) -> list[ChartCase]:
     from warp_softbody.accuracy.cases.table import CASES, case_of
 
     return list(CASES.values()) if scene == "all" else [case_of(scene)]
@@ -128,10 +128,10 @@ def sweep_workers(args: argparse.Namespace) -> Iterator[Executor]:
         yield executor
 
 
-def charted(case: Case, args: argparse.Namespace, executor: Executor, journal: Path) -> Chart:
+def charted(case: ChartCase, args: argparse.Namespace, executor: Executor, journal: Path) -> Chart:
     """Run what the journal lacks of a case; progress goes to a terminal's stderr."""
     from warp_softbody.accuracy.analysis.chart import make_chart
-    from warp_softbody.accuracy.runs.journal import Journal
+    from warp_softbody.accuracy.runs.journal import RunJournal
 
     wanted = case.quickly() if args.quick else case
 
@@ -140,7 +140,7 @@ def charted(case: Case, args: argparse.Namespace, executor: Executor, journal: P
 
     chart = make_chart(
         wanted,
-        Journal(journal, case.scene),
+        RunJournal(journal, case.scene),
         executor,
         tell,
         peers=getattr(args, "peers", False),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from warp_softbody.accuracy.analysis.tuning import Tuned
-    from warp_softbody.accuracy.cases.case import Case
+    from warp_softbody.accuracy.cases.case import ChartCase
     from warp_softbody.accuracy.cases.settings import Settings
     from warp_softbody.accuracy.runs.outcome import RunOutcome
 
@@ -105,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def with_settings(case: Case, pairs: list[tuple[str, str]]) -> Case:
+def with_settings(case: ChartCase, pairs: list[tuple[str, str]]) -> ChartCase:
     """The case with settings of its scene; `cells` is a knob, and is refused."""
     from warp_softbody import scenes
 
@@ -116,14 +116,14 @@ def with_settings(case: Case, pairs: list[tuple[str, str]]) -> Case:
     return replace(case, given={**case.given, **{key: plan.settings[key] for key in values}})
 
 
-def _tried(case: Case, args: argparse.Namespace, executor: Executor, journal: Path) -> Tuned:
+def _tried(case: ChartCase, args: argparse.Namespace, executor: Executor, journal: Path) -> Tuned:
     from warp_softbody.accuracy.analysis.design import job
     from warp_softbody.accuracy.analysis.trials import tuned_by_trials
-    from warp_softbody.accuracy.runs.journal import Journal
+    from warp_softbody.accuracy.runs.journal import RunJournal
     from warp_softbody.accuracy.runs.sweep import sweep
 
     wanted = case.quickly() if args.quick else case
-    kept = Journal(journal, case.scene)
+    kept = RunJournal(journal, case.scene)
 
     def run(settings: Settings) -> RunOutcome:
         made = job(wanted, settings)

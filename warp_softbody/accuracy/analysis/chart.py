@@ -19,10 +19,10 @@ from warp_softbody.accuracy.analysis.design import (
 )
 from warp_softbody.accuracy.analysis.motion import Ruler, motion_of
 from warp_softbody.accuracy.analysis.reference import Reference, reference_of, time_limit
-from warp_softbody.accuracy.cases.case import Case
+from warp_softbody.accuracy.cases.case import ChartCase
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.track import body_size
-from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.journal import RunJournal
 from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.sweep import Progress, sweep
 
@@ -69,7 +69,7 @@ class Point:
 class Chart:
     """All points of a scene."""
 
-    case: Case
+    case: ChartCase
     reference: Reference
     points: tuple[Point, ...]
     version: str = __version__
@@ -90,7 +90,7 @@ class Chart:
 
 
 def make_chart(
-    case: Case, journal: Journal, executor: Executor, tell: Tell, *, peers: bool = False
+    case: ChartCase, journal: RunJournal, executor: Executor, tell: Tell, *, peers: bool = False
 ) -> Chart:
     """Run what the journal lacks, and judge it all.
 
@@ -114,9 +114,9 @@ def make_chart(
 
 
 def _run(
-    case: Case,
+    case: ChartCase,
     settings: Sequence[Settings],
-    journal: Journal,
+    journal: RunJournal,
     executor: Executor,
     progress: Progress,
 ) -> dict[Settings, RunOutcome]:
@@ -126,7 +126,11 @@ def _run(
 
 
 def _peer_points(
-    case: Case, reference: Reference, journal: Journal, executor: Executor, progress: Progress
+    case: ChartCase,
+    reference: Reference,
+    journal: RunJournal,
+    executor: Executor,
+    progress: Progress,
 ) -> list[Point]:
     """Peers at every time step, on the scene's own mesh and, where that is charted, refined."""
     jobs = [
@@ -157,7 +161,7 @@ def _measured(outcomes: dict[Settings, RunOutcome], reference: Reference) -> lis
 
 
 def _point(
-    case: Case, reference: Reference, outcomes: dict[Settings, RunOutcome], settings: Settings
+    case: ChartCase, reference: Reference, outcomes: dict[Settings, RunOutcome], settings: Settings
 ) -> Point:
     outcome = outcomes[settings]
     motion = motion_of(outcome)
@@ -174,7 +178,7 @@ def _point(
     )
 
 
-def _with_frontier(case: Case, points: Sequence[Point], reference: Reference) -> list[Point]:
+def _with_frontier(case: ChartCase, points: Sequence[Point], reference: Reference) -> list[Point]:
     """The runs of the reference itself, dearer than need be, are left out."""
     left_out = set(reference_family(case))
     eligible = [

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from warp_softbody import scenes
-from warp_softbody.accuracy.cases.case import TIME_STEPS, Case, Mesh
+from warp_softbody.accuracy.cases.case import TIME_STEPS, ChartCase, Mesh
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.runs.job import Job
 
@@ -28,7 +28,7 @@ class Measured:
     error: float
 
 
-def job(case: Case, settings: Settings, solver: str = "ours") -> Job:
+def job(case: ChartCase, settings: Settings, solver: str = "ours") -> Job:
     """The run of a point."""
     return Job(
         scene=case.scene,
@@ -40,7 +40,7 @@ def job(case: Case, settings: Settings, solver: str = "ours") -> Job:
     )
 
 
-def grid(case: Case) -> list[Settings]:
+def grid(case: ChartCase) -> list[Settings]:
     """Every mesh with every time step; all else as shipped."""
     return [
         replace(case.default, cells=cells, level=level, time_step=step)
@@ -49,7 +49,7 @@ def grid(case: Case) -> list[Settings]:
     ]
 
 
-def singles(case: Case) -> list[Settings]:
+def singles(case: ChartCase) -> list[Settings]:
     """Each other value of each knob, all else as shipped."""
     return [
         replace(case.default, **{knob: value})
@@ -58,7 +58,7 @@ def singles(case: Case) -> list[Settings]:
     ]
 
 
-def reference_family(case: Case) -> list[Settings]:
+def reference_family(case: ChartCase) -> list[Settings]:
     """The finest mesh and the next one, each at every time step down to its last.
 
     Of a controlled body, whose motions have no limit, the last ones alone: the time step of the
@@ -76,7 +76,7 @@ def reference_family(case: Case) -> list[Settings]:
     ]
 
 
-def reference_settings(case: Case, mesh: Mesh, step: float) -> Settings:
+def reference_settings(case: ChartCase, mesh: Mesh, step: float) -> Settings:
     """In double precision, on one of the meshes of the reference."""
     return Settings(
         time_step=step,
@@ -88,17 +88,17 @@ def reference_settings(case: Case, mesh: Mesh, step: float) -> Settings:
     )
 
 
-def usable_meshes(case: Case) -> list[Mesh]:
+def usable_meshes(case: ChartCase) -> list[Mesh]:
     """Those with cells only where the scene has that setting."""
     has_cells = any(setting.name == "cells" for setting in scenes.recipe(case.scene).settings)
     return [mesh for mesh in case.meshes if has_cells or mesh[0] is None]
 
 
-def products(case: Case, measured: Sequence[Measured]) -> list[Settings]:
+def products(case: ChartCase, measured: Sequence[Measured]) -> list[Settings]:
     """The default and the grid's frontier with all knobs that bettered the default.
 
-    At most `Case.products`, the ones with fewest changes first; those already measured left out,
-    and meshes and steps that cost more than `Case.reach` times the default.
+    At most `ChartCase.products`, the ones with fewest changes first; those already measured left
+    out, and meshes and steps that cost more than `ChartCase.reach` times the default.
     """
     knobs = useful(case, measured)
     found: dict[Settings, int] = {}
@@ -117,7 +117,7 @@ def products(case: Case, measured: Sequence[Measured]) -> list[Settings]:
     return _new(wanted, measured)[: case.products]
 
 
-def neighbours(case: Case, measured: Sequence[Measured], floor: float) -> list[Settings]:
+def neighbours(case: ChartCase, measured: Sequence[Measured], floor: float) -> list[Settings]:
     """One mesh and one time step up and down from the points of the frontier, at most as many."""
     meshes = list(dict.fromkeys([*usable_meshes(case), case.beside[0]]))
     steps = [step for step in TIME_STEPS if step >= min(case.time_steps)]
@@ -144,9 +144,9 @@ def _new(wanted: Sequence[Settings], measured: Sequence[Measured]) -> list[Setti
 
 
 def _bases(
-    case: Case, points: Sequence[Measured], measured: Sequence[Measured], floor: float = 0.0
+    case: ChartCase, points: Sequence[Measured], measured: Sequence[Measured], floor: float = 0.0
 ) -> list[Settings]:
-    """The frontier of some points as far as `Case.reach` goes, without references."""
+    """The frontier of some points as far as `ChartCase.reach` goes, without references."""
     (default,) = _among(measured, [case.default])
     references = set(reference_family(case))
     chosen = [point for point in points if point.settings not in references]
@@ -157,7 +157,7 @@ def _bases(
     ]
 
 
-def useful(case: Case, measured: Sequence[Measured]) -> dict[str, list[Any]]:
+def useful(case: ChartCase, measured: Sequence[Measured]) -> dict[str, list[Any]]:
     """Knobs with the default's value and those that cost less, or err less, than the default.
 
     Of each knob the values that no other one of it beats, within the case's reach. Threads are left
@@ -200,7 +200,7 @@ def _among(measured: Sequence[Measured], wanted: Sequence[Settings]) -> list[Mea
     return [point for point in measured if point.settings in chosen]
 
 
-def first_points(case: Case) -> list[Settings]:
+def first_points(case: ChartCase) -> list[Settings]:
     """All that does not depend on a measurement, the longest runs first."""
     plain = [case.default, *grid(case), *singles(case)]
     return list(dict.fromkeys([*reference_family(case)[::-1], *plain]))

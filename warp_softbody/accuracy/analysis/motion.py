@@ -13,7 +13,7 @@ from warp_softbody.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
-class Motion:
+class MeasuredMotion:
     """A run's motion, or a limit of several.
 
     Attributes:
@@ -25,16 +25,16 @@ class Motion:
     functionals: Mapping[str, float]
 
 
-def motion_of(outcome: RunOutcome | None) -> Motion | None:
+def motion_of(outcome: RunOutcome | None) -> MeasuredMotion | None:
     """That of a complete run."""
     if outcome is None or not outcome.complete:
         return None
-    return Motion(path=outcome.path.astype(np.float64), functionals=outcome.functionals)
+    return MeasuredMotion(path=outcome.path.astype(np.float64), functionals=outcome.functionals)
 
 
-def extrapolated(fine: Motion, coarse: Motion) -> Motion:
+def extrapolated(fine: MeasuredMotion, coarse: MeasuredMotion) -> MeasuredMotion:
     """The limit of a first-order method from steps of dt and 2 dt."""
-    return Motion(
+    return MeasuredMotion(
         path=2.0 * fine.path - coarse.path,
         functionals={
             name: 2.0 * value - coarse.functionals[name] for name, value in fine.functionals.items()
@@ -42,9 +42,11 @@ def extrapolated(fine: Motion, coarse: Motion) -> Motion:
     )
 
 
-def corrected(motion: Motion, fine: Motion, coarse: Motion) -> Motion:
+def corrected(
+    motion: MeasuredMotion, fine: MeasuredMotion, coarse: MeasuredMotion
+) -> MeasuredMotion:
     """A motion and, on top, the difference between two others."""
-    return Motion(
+    return MeasuredMotion(
         path=motion.path + fine.path - coarse.path,
         functionals={
             name: value + fine.functionals[name] - coarse.functionals[name]
@@ -65,14 +67,14 @@ class Ruler:
     size: float
     by_functionals: bool
 
-    def distance(self, motion: Motion, reference: Motion) -> float:
+    def distance(self, motion: MeasuredMotion, reference: MeasuredMotion) -> float:
         """Relative: root mean square over points and frames, or of the worst functional."""
         if self.by_functionals:
             return max(self.differences(motion, reference).values())
         apart = motion.path - reference.path
         return float(np.sqrt((apart**2).sum(axis=2).mean())) / self.size
 
-    def differences(self, motion: Motion, reference: Motion) -> dict[str, float]:
+    def differences(self, motion: MeasuredMotion, reference: MeasuredMotion) -> dict[str, float]:
         """Of each functional, relative to its scale; infinite where that is 0, as of a height."""
         found = {}
         for name, value in reference.functionals.items():

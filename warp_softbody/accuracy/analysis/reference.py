@@ -15,8 +15,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from warp_softbody.accuracy.analysis.design import reference_settings
-from warp_softbody.accuracy.analysis.motion import Motion, Ruler, corrected, extrapolated, motion_of
-from warp_softbody.accuracy.cases.case import TIME_STEPS, Case
+from warp_softbody.accuracy.analysis.motion import (
+    MeasuredMotion,
+    Ruler,
+    corrected,
+    extrapolated,
+    motion_of,
+)
+from warp_softbody.accuracy.cases.case import TIME_STEPS, ChartCase
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.errors import SoftBodyError
@@ -40,7 +46,7 @@ class Reference:
 
     finest: Settings
     beside: Settings
-    motion: Motion
+    motion: MeasuredMotion
     mesh_change: float
     time_change: float
     mixed_change: float
@@ -69,7 +75,7 @@ class Reference:
         }
 
 
-def reference_of(case: Case, outcomes: Outcomes, ruler: Ruler) -> Reference:
+def reference_of(case: ChartCase, outcomes: Outcomes, ruler: Ruler) -> Reference:
     """Take it from the runs of its family.
 
     Raises:
@@ -81,10 +87,10 @@ def reference_of(case: Case, outcomes: Outcomes, ruler: Ruler) -> Reference:
     return reference
 
 
-def _reference_of(case: Case, outcomes: Outcomes, ruler: Ruler) -> Reference:
+def _reference_of(case: ChartCase, outcomes: Outcomes, ruler: Ruler) -> Reference:
     finest, beside = (reference_settings(case, *pair) for pair in (case.finest, case.beside))
 
-    def limit(family: Settings, step: float) -> Motion:
+    def limit(family: Settings, step: float) -> MeasuredMotion:
         return _limit(case, outcomes, replace(family, time_step=step))
 
     c, s = finest.time_step, beside.time_step
@@ -114,7 +120,7 @@ def _reference_of(case: Case, outcomes: Outcomes, ruler: Ruler) -> Reference:
     )
 
 
-def time_limit(case: Case, outcomes: Outcomes, settings: Settings) -> Motion | None:
+def time_limit(case: ChartCase, outcomes: Outcomes, settings: Settings) -> MeasuredMotion | None:
     """The motion of these settings at dt to 0; None where no smaller time step was run."""
     steps = [step for step in TIME_STEPS if replace(settings, time_step=step) in outcomes]
     if len(steps) < 2 or min(steps) > settings.time_step:
@@ -136,7 +142,7 @@ def _doubled(settings: Settings) -> Settings:
     return replace(settings, time_step=twice(settings.time_step))
 
 
-def _limit(case: Case, outcomes: Outcomes, settings: Settings) -> Motion:
+def _limit(case: ChartCase, outcomes: Outcomes, settings: Settings) -> MeasuredMotion:
     fine = _needed(case, outcomes, settings)
     # a controlled body takes other decisions at another time step
     if case.controlled:
@@ -144,7 +150,7 @@ def _limit(case: Case, outcomes: Outcomes, settings: Settings) -> Motion:
     return extrapolated(fine, _needed(case, outcomes, _doubled(settings)))
 
 
-def _needed(case: Case, outcomes: Outcomes, settings: Settings) -> Motion:
+def _needed(case: ChartCase, outcomes: Outcomes, settings: Settings) -> MeasuredMotion:
     motion = motion_of(outcomes[settings])
     if motion is None:
         raise SoftBodyError(

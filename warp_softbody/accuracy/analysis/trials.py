@@ -15,9 +15,15 @@ from dataclasses import dataclass, replace
 from warp_softbody import __version__, scenes
 from warp_softbody.accuracy.analysis.chart import SETTLED
 from warp_softbody.accuracy.analysis.design import usable_meshes
-from warp_softbody.accuracy.analysis.motion import Motion, Ruler, corrected, extrapolated, motion_of
+from warp_softbody.accuracy.analysis.motion import (
+    MeasuredMotion,
+    Ruler,
+    corrected,
+    extrapolated,
+    motion_of,
+)
 from warp_softbody.accuracy.analysis.tuning import Tuned
-from warp_softbody.accuracy.cases.case import TIME_STEPS, Case
+from warp_softbody.accuracy.cases.case import TIME_STEPS, ChartCase
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.track import body_size
 from warp_softbody.accuracy.runs.outcome import RunOutcome
@@ -38,7 +44,7 @@ MOST_TETS = 20_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class AcceptedSettings:
     """Settings that hold.
 
     Attributes:
@@ -54,7 +60,7 @@ class Trial:
     cost: float
 
 
-def tuned_by_trials(case: Case, run: Run, bound: float) -> Tuned:
+def tuned_by_trials(case: ChartCase, run: Run, bound: float) -> Tuned:
     """The settings of a passive case for a bound, as `choose` takes them from a chart.
 
     Raises:
@@ -91,7 +97,7 @@ class Trials:
         outcomes: of the runs so far.
     """
 
-    def __init__(self, case: Case, run: Run, ruler: Ruler) -> None:
+    def __init__(self, case: ChartCase, run: Run, ruler: Ruler) -> None:
         """Nothing is run yet."""
         self._case = case
         self._run = run
@@ -100,7 +106,7 @@ class Trials:
         if len(self._meshes) == 1:
             cells, level = self._meshes[0]
             self._meshes.append((cells, level + 1))
-        self._reference: Motion | None = None
+        self._reference: MeasuredMotion | None = None
         self.outcomes: dict[Settings, RunOutcome] = {}
 
     def error(self, settings: Settings) -> float:
@@ -110,7 +116,7 @@ class Trials:
             return float("inf")
         return self._ruler.distance(found, self._reference)
 
-    def settle(self, bound: float) -> Trial:
+    def settle(self, bound: float) -> AcceptedSettings:
         """The cheapest settings that are near enough to the small reference.
 
         Raises:
@@ -131,13 +137,15 @@ class Trials:
                 f"no bound of {100.0 * bound:.2g}% can be held in {scene!r}: its motion is only "
                 f"known to {100.0 * doubt:.2g}%"
             )
-        held: list[Trial] = []
+        held: list[AcceptedSettings] = []
         for settings, guess in self._by_cost([base for base in spaces if spaces[base] <= bound]):
             if held and guess >= min(trial.cost for trial in held):
                 break
             error, outcome = self.error(settings), self._outcome(settings)
             if error + doubt <= bound and outcome.unconverged <= SETTLED:
-                held.append(Trial(settings=settings, error=error, doubt=doubt, cost=outcome.cost))
+                held.append(
+                    AcceptedSettings(settings=settings, error=error, doubt=doubt, cost=outcome.cost)
+                )
         if not held:
             raise InputError(f"no mesh and time step tried holds {100.0 * bound:.2g}% in {scene!r}")
         return min(held, key=lambda trial: trial.cost)
@@ -147,7 +155,7 @@ class Trials:
             self.outcomes[settings] = self._run(settings)
         return self.outcomes[settings]
 
-    def _motion(self, settings: Settings) -> Motion:
+    def _motion(self, settings: Settings) -> MeasuredMotion:
         motion = motion_of(self._outcome(settings))
         if motion is None:
             raise SoftBodyError(
@@ -185,7 +193,7 @@ class Trials:
                 found[finer] = beyond
         return found
 
-    def _limit(self, base: Settings, enough: float) -> tuple[Motion, float]:
+    def _limit(self, base: Settings, enough: float) -> tuple[MeasuredMotion, float]:
         """The motion at dt to 0, and the change of it by the last halving."""
         steps = [one for one in TIME_STEPS if one <= 1.01 * base.time_step][: HALVINGS + 1]
         motions = [self._motion(replace(base, time_step=one)) for one in steps[:2]]
@@ -198,7 +206,9 @@ class Trials:
                 break
         return limit, change
 
-    def _corrected(self, base: Settings, motion: Motion, change: float) -> tuple[Motion, float]:
+    def _corrected(
+        self, base: Settings, motion: MeasuredMotion, change: float
+    ) -> tuple[MeasuredMotion, float]:
         """The limit with what a refinement of its mesh changes, and the doubt about that.
 
         The refined mesh is run at two time steps. It still errs by what follows at second order,

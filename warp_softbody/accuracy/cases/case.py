@@ -20,7 +20,7 @@ TIME_STEPS = tuple(1.0 / (30 * 2**k) for k in range(8))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class ChartCase:
     """A row of the table.
 
     Attributes:
@@ -63,6 +63,6 @@ class Case:
         """The point that `run` makes where nothing is said."""
         return Settings(time_step=self.time_step)
 
-    def quickly(self) -> Case:
+    def quickly(self) -> ChartCase:
         """The same, short and coarse."""
         return replace(self, **{"products": 6, **self.quick})

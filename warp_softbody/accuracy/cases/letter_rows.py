@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from warp_softbody.accuracy.cases.case import FINER, OWN, TIME_STEPS, Case
+from warp_softbody.accuracy.cases.case import FINER, OWN, TIME_STEPS, ChartCase
 
 CONTROLLED: Mapping[str, tuple[Any, ...]] = {
     "level": (1,),
@@ -54,8 +54,8 @@ RETURNING = {
 SLIDES = ("gone", "largest_tilt")
 
 LETTERS = (
-    Case(scene="exercise-h", seconds=3.5, functionals=("sway_error", "swing"), **LETTER),
-    Case(
+    ChartCase(scene="exercise-h", seconds=3.5, functionals=("sway_error", "swing"), **LETTER),
+    ChartCase(
         # the shipped push of 0.45 fells it on the refined mesh, which a reference should not do
         scene="balance-i",
         given={"push": 0.3},
@@ -63,49 +63,49 @@ LETTERS = (
         functionals=("largest_tilt", "upright_again", "last_tilt"),
         **LETTER,
     ),
-    Case(scene="slide-f", seconds=3.5, functionals=SLIDES, **LETTER),
-    Case(scene="slide-f-left", seconds=3.5, functionals=SLIDES, **LETTER),
-    Case(scene="slide-f-delayed", seconds=3.5, functionals=SLIDES, **LETTER),
-    Case(
+    ChartCase(scene="slide-f", seconds=3.5, functionals=SLIDES, **LETTER),
+    ChartCase(scene="slide-f-left", seconds=3.5, functionals=SLIDES, **LETTER),
+    ChartCase(scene="slide-f-delayed", seconds=3.5, functionals=SLIDES, **LETTER),
+    ChartCase(
         scene="jump-i",
         seconds=2.6,
         functionals=("apex", "way_ahead", "last_tilt"),
         **LETTER,
     ),
-    Case(
+    ChartCase(
         scene="jump-i-in-place",
         given={"jumps": 1},
         seconds=2.2,
         functionals=("apex", "way_ahead", "last_tilt"),
         **LETTER,
     ),
-    Case(
+    ChartCase(
         scene="jump-t",
         seconds=2.2,
         functionals=("heading", "apex", "last_tilt"),
         **LETTER,
     ),
-    Case(scene="roll-o", seconds=3.5, functionals=("rolled", "way_ahead"), **ROLLING),
-    Case(
+    ChartCase(scene="roll-o", seconds=3.5, functionals=("rolled", "way_ahead"), **ROLLING),
+    ChartCase(
         scene="roll-o-return",
         seconds=7.5,
         functionals=("rolled_furthest", "rolled_back"),
         **RETURNING,
     ),
-    Case(scene="crawl-i", seconds=2.9, functionals=("gone", "slipped"), **LETTER),
-    Case(
+    ChartCase(scene="crawl-i", seconds=2.9, functionals=("gone", "slipped"), **LETTER),
+    ChartCase(
         scene="crawl-i-inchworm",
         seconds=2.9,
         functionals=("gone", "slipped", "arch"),
         **LETTER,
     ),
-    Case(
+    ChartCase(
         scene="walk-x",
         seconds=3.6,
         functionals=("gone", "foot_lift", "largest_tilt"),
         **LETTER,
     ),
-    Case(
+    ChartCase(
         scene="walk-x-fast",
         seconds=3.0,
         functionals=("gone", "foot_lift", "largest_tilt"),

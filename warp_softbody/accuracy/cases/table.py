@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from warp_softbody.accuracy.cases.case import FINER, FINEST, OWN, TIME_STEPS, Case
+from warp_softbody.accuracy.cases.case import FINER, FINEST, OWN, TIME_STEPS, ChartCase
 from warp_softbody.accuracy.cases.letter_rows import LETTERS
 from warp_softbody.errors import InputError
 
@@ -42,14 +42,14 @@ SHORT: Mapping[str, Any] = {
 CASES = {
     case.scene: case
     for case in (
-        Case(
+        ChartCase(
             scene="cantilever",
             functionals=("tip_fall",),
             peers=("MuJoCo flex", "Pardiso"),
             **BEAM,
         ),
-        Case(scene="twisted-bar", functionals=("end_turn",), **BEAM),
-        Case(
+        ChartCase(scene="twisted-bar", functionals=("end_turn",), **BEAM),
+        ChartCase(
             scene="bounce-ball",
             seconds=0.8,
             functionals=("rebound",),
@@ -60,7 +60,7 @@ CASES = {
             beside=(OWN, TIME_STEPS[7]),
             quick={"seconds": 0.6, "meshes": ((0, 0), (1, 0), OWN), **SHORT},
         ),
-        Case(
+        ChartCase(
             scene="drop-block",
             seconds=0.5,
             functionals=("way_ahead",),
@@ -72,7 +72,7 @@ CASES = {
             peers=("MuJoCo flex",),
             quick={"seconds": 0.3, "meshes": ((2, 0), (4, 0), OWN), **SHORT},
         ),
-        Case(
+        ChartCase(
             scene="slope",
             seconds=1.0,
             functionals=("way",),
@@ -83,7 +83,7 @@ CASES = {
             beside=(FINER, TIME_STEPS[5]),
             quick={"seconds": 0.5, "meshes": (OWN,), **SHORT},
         ),
-        Case(
+        ChartCase(
             scene="stack",
             given={"count": 2},
             seconds=0.8,
@@ -101,7 +101,7 @@ CASES = {
 """One row a scene."""
 
 
-def case_of(scene: str) -> Case:
+def case_of(scene: str) -> ChartCase:
     """The row of a scene; one sentence where it has none."""
     if scene not in CASES:
         from warp_softbody import scenes

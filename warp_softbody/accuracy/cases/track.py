@@ -51,7 +51,7 @@ def body_size(scene: Scene) -> float:
     return float(np.ptp(scene.character.mesh.bounds, axis=0).max())
 
 
-class Probe:
+class MaterialPointTracker:
     """Where material points are, by their weights in the tets of a mesh that holds them.
 
     On a refined mesh a node of the coarse one has a weight of one; a point that lies a little

@@ -34,7 +34,7 @@ class FlexStep:
     converged: bool
 
 
-class FlexBody:
+class FlexOnFloor:
     """The scene's body at rest, moving as it does at the start."""
 
     def __init__(self, scene: Scene, time_step: float) -> None:

@@ -25,7 +25,7 @@ _COUNTS = ("tets", "nodes")
 _NUMBERS = ("cost", "setup", "memory", "iterations", "passes", "qps", "unconverged")
 
 
-class Journal:
+class RunJournal:
     """A file of JSON lines, one a run, and beside it an array file for each run's path.
 
     A line is written after its array is on the disk, and in one piece. A line that was torn when

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.accuracy.runs.flex import FlexBody
+from warp_softbody.accuracy.runs.flex import FlexOnFloor
 from warp_softbody.accuracy.runs.job import FPS, UNTIMED_STEPS, Job
 from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.peers import missing_peer
@@ -77,7 +77,7 @@ def run_peer(job: Job) -> RunOutcome:
 
 def _solver(job: Job, scene: Scene) -> Any:
     if scene.ground is not None:
-        return FlexBody(scene, job.settings.time_step)
+        return FlexOnFloor(scene, job.settings.time_step)
     character = scene.character
     held, tip = _mask(scene, character.fixed), _mask(scene, character.region("tip"))
     body = Cantilever(mesh=character.mesh, fixed=held, tip=tip)

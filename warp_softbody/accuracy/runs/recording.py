@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
-from warp_softbody.accuracy.cases.track import Probe, Track, material_points
+from warp_softbody.accuracy.cases.track import MaterialPointTracker, Track, material_points
 from warp_softbody.accuracy.runs.job import Job
 from warp_softbody.arrays import FloatArray
 from warp_softbody.world.scene import Scene
@@ -19,7 +19,7 @@ class Recording:
     def __init__(self, job: Job, scene: Scene, masses: FloatArray) -> None:
         """Find the material points, which are nodes of the scene's own mesh."""
         own = scenes.make(job.scene, job.given).scene
-        self._probe = Probe(scene, material_points(own))
+        self._probe = MaterialPointTracker(scene, material_points(own))
         self._names = job.functionals
         self._scene = scene
         self._masses = masses

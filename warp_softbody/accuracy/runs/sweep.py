@@ -7,7 +7,7 @@ from concurrent.futures import Executor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 
 from warp_softbody.accuracy.runs.job import Job
-from warp_softbody.accuracy.runs.journal import Journal
+from warp_softbody.accuracy.runs.journal import RunJournal
 from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.errors import SoftBodyError
@@ -17,7 +17,7 @@ Progress = Callable[[int, int], None]
 
 def sweep(
     jobs: Sequence[Job],
-    journal: Journal,
+    journal: RunJournal,
     executor: Executor,
     progress: Progress = lambda done, all_of_them: None,
 ) -> dict[str, RunOutcome]:
