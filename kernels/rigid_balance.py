@@ -21,8 +21,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LIFT
-from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.contact.modes import Mode
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "rigid_balance"
@@ -37,8 +37,6 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    free, slides, held = wp.constant(cg.FREE), wp.constant(cg.SLIDES), wp.constant(cg.HELD)
-    lift = wp.constant(LIFT)
     vec3d, mat33d = wp.vec3d, wp.mat33d
     least_inertia = wp.constant(wp.float64(1e-12))
     least_square = wp.constant(wp.float64(LEAST_ANGLE * LEAST_ANGLE))
@@ -73,11 +71,11 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
 
     @func
     def left_free(kind: int, axis: vec3d, projector: mat33d):
-        if kind == free:
+        if kind == VelocityConstraint.NONE:
             return projector
-        if kind == slides:
+        if kind == VelocityConstraint.PLANE:
             return without(axis, projector)
-        if kind == held:
+        if kind == VelocityConstraint.FIXED:
             return mat33d()
         # free along a line alone
         rest = projector * axis
@@ -99,7 +97,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         for body in range(groups.shape[0]):
             if groups[body] == group:
                 for i in range(node_start[body], node_start[body + 1]):
-                    if kinds[i] != free:
+                    if kinds[i] != VelocityConstraint.NONE:
                         projector = left_free(kinds[i], wide(axes[i]), projector)
                         if wp.trace(projector) < wp.float64(0.5):
                             return mat33d()
@@ -170,7 +168,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                         center += damped * arm
                         turning += wp.cross(arm, own)
                         moments += inertia_of(arm, damped)
-                    if kinds[i] != free:
+                    if kinds[i] != VelocityConstraint.NONE:
                         slip = slip_stiffness[i]
                         missing += wide(friction_forces[i] - slip * (before[i] + change[i]))
                         answer += wide_block(slip)
@@ -206,7 +204,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                     taken += impulse
                     if free_to_turn:
                         turned += wp.cross(arm, impulse)
-                    if kinds[i] != free:
+                    if kinds[i] != VelocityConstraint.NONE:
                         taken += wide_block(slip_stiffness[i]) * gained
         carry[2 * group] = projector * (missing - taken)
         if free_to_turn:
@@ -230,7 +228,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
             groups[body] = body
         for number in range(found_count[0]):
             c = found[number]
-            if modes[c] != lift:
+            if modes[c] != Mode.LIFT:
                 # the third node is of the other side, of a triangle as of an edge
                 one = groups[body_of(nodes[c][0], node_start)]
                 other = groups[body_of(nodes[c][2], node_start)]

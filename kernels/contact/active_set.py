@@ -22,19 +22,10 @@ import warp as wp
 from warp_softbody.kernels.contact.friction_directional import constant_factor, directional_factor
 from warp_softbody.kernels.contact.friction_polygon import make_polygon_law
 from warp_softbody.kernels.contact.friction_smooth import make_smooth_law
-from warp_softbody.kernels.contact.modes import LIFT, SLIDE, STICK
-from warp_softbody.kernels.contact.stages import (
-    FRICTION,
-    LET_GO,
-    NORMALS,
-    PASSES,
-    PICARD_PASSES,
-    PRESSED,
-    TOUCHING,
-    make_stages,
-)
+from warp_softbody.kernels.contact.modes import Mode
+from warp_softbody.kernels.contact.stages import PICARD_PASSES, NodeChange, SearchStage, make_stages
 from warp_softbody.kernels.linear import pcg as cg
-from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.linear.codes import Counter, Scalar, VelocityConstraint
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "contact"
@@ -64,12 +55,8 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     stages = make_stages(precision, subject)
     stage_of, braked, next_stage = stages.stage_of, stages.braked, stages.next_stage
     picard_passes = wp.constant(PICARD_PASSES)
-    normals_stage, friction_stage = wp.constant(NORMALS), wp.constant(FRICTION)
-    let_go, pressed = wp.constant(LET_GO), wp.constant(PRESSED)
     inner = wp.constant(scalar(law.inner_radius))
-    free, line, held = wp.constant(cg.FREE), wp.constant(cg.LINE), wp.constant(cg.HELD)
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
-    lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
 
     @func
     def along(axis: vec3, before: vec3, change: vec3):
@@ -99,15 +86,15 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         if fixed[i] == 0:
             mode = modes[c]
             n = normals[i]
-            kind = free
-            if mode == stick:
-                kind = held
+            kind = VelocityConstraint.NONE
+            if mode == Mode.STICK:
+                kind = VelocityConstraint.FIXED
                 change[i] = normal_velocity[c] * n - before[i]
-            elif mode != lift:
+            elif mode != Mode.LIFT:
                 kind, axis = freedom_of(mode, n)
                 axes[i] = axis
                 lacks = normal_velocity[c] - along(n, before[i], change[i])
-                if kind == line:
+                if kind == VelocityConstraint.LINE:
                     kept = along(axis, before[i], change[i])
                     change[i] = (normal_velocity[c] * n - before[i]) + kept * axis
                 else:
@@ -126,14 +113,14 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     ):
         i = wp.tid()
         if fixed[i] != 0:
-            kinds[i] = held
+            kinds[i] = VelocityConstraint.FIXED
             change[i] = -before[i]
 
     @func
     def law_s_friction(mode: int, n: vec3, friction: vec3, known: vec3):
         # what entered the solve where the node was free to move, what held it where it was not
         kind, axis = freedom_of(mode, n)
-        if kind == line:
+        if kind == VelocityConstraint.LINE:
             return friction + wp.dot(axis, known - friction) * axis
         return known - wp.dot(n, known) * n
 
@@ -184,7 +171,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             return
         weight = scalar(0.3333333333333333) * wp.trace(values[diagonal_slot[i]])
         impulse = vec3()
-        if mode != lift:
+        if mode != Mode.LIFT:
             impulse = momentum_change(
                 i, row_start, column, masses, damped_masses, values, before, change
             )
@@ -194,29 +181,29 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         velocity = before[i] + change[i]
         sliding = velocity - normal_speed * n
         friction = impulse - normal_impulse * n
-        if mode != lift and mode != stick:
+        if mode != Mode.LIFT and mode != Mode.STICK:
             # the solve's residual is no friction
             known = friction_forces[i] - slip_stiffness[i] * velocity
             friction = law_s_friction(mode, n, friction, known)
             impulse = normal_impulse * n + friction
         # a node comes and goes through frictionless sliding: only there does the normal impulse
         # speak for itself
-        next_mode = lift
+        next_mode = Mode.LIFT
         force = vec3()
         stiffness = mat33()
-        if mode == lift:
+        if mode == Mode.LIFT:
             violations[c] = vec2(
                 weight * wp.max(normal_velocity[c] - normal_speed, scalar(0.0)), scalar(0.0)
             )
-            if normal_speed < normal_velocity[c] - tolerances[1] and stage != let_go:
-                next_mode = slide
+            if normal_speed < normal_velocity[c] - tolerances[1] and stage != SearchStage.LET_GO:
+                next_mode = Mode.SLIDE
                 slip_velocities[i] = vec3()
         elif normal_impulse < -tolerances[0]:
             violations[c] = vec2(-normal_impulse, wp.length(friction))
-            if mode == stick and stage != let_go:
-                next_mode = slide
+            if mode == Mode.STICK and stage != SearchStage.LET_GO:
+                next_mode = Mode.SLIDE
                 slip_velocities[i] = vec3()
-            changed[c] = pressed
+            changed[c] = NodeChange.PRESSED
         else:
             trial = friction - weight * sliding
             factor = friction_factor(c, i, n, -trial, forward, friction_factors, node_rotations)
@@ -226,15 +213,15 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             )
             # what holds a node is known no closer than the residual that the solver leaves, or than
             # the rounding of the products with its change
-            left = scalar(wp.sqrt(scalars[stopping.FLOOR_SQUARE]))
+            left = scalar(wp.sqrt(scalars[Scalar.FLOOR_SQUARE]))
             left += rounding * weight * wp.length(change[i])
             last = slip_velocities[i]
-            if stage == normals_stage:
+            if stage == SearchStage.NORMALS:
                 next_mode = mode
                 force = friction_forces[i]
                 stiffness = slip_stiffness[i]
-            elif stage == let_go:
-                first = counters[PASSES] == max_passes
+            elif stage == SearchStage.LET_GO:
+                first = counters[Counter.PASSES] == max_passes
                 next_mode, unsettled, stiffness = braked(
                     mode,
                     n,
@@ -249,8 +236,8 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
                 changed[c] = unsettled
                 slip_velocities[i] = sliding
             else:
-                passes = counters[PASSES]
-                if stage == friction_stage:
+                passes = counters[Counter.PASSES]
+                if stage == SearchStage.FRICTION:
                     # stiffness for friction: it cannot reverse the sliding
                     passes = picard_passes
                 next_mode, unsettled, force, stiffness, made_at = choose(
@@ -259,7 +246,9 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
                 changed[c] = unsettled
                 slip_velocities[i] = made_at
         if next_mode != mode:
-            changed[c] = wp.where(mode == lift or next_mode == lift, pressed, 1)
+            changed[c] = wp.where(
+                mode == Mode.LIFT or next_mode == Mode.LIFT, NodeChange.PRESSED, NodeChange.FRICTION
+            )
         modes[c] = next_mode
         impulses[c] = impulse
         friction_forces[i] = force
@@ -285,12 +274,12 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         for c in range(changed.shape[0]):
             if changed[c] != 0:
                 total += 1
-            if changed[c] == pressed:
+            if changed[c] == NodeChange.PRESSED:
                 normals_changed += 1
             largest = wp.max(largest, violations[c])
-            if modes[c] != lift:
+            if modes[c] != Mode.LIFT:
                 touching += 1
-        counters[TOUCHING] = touching
+        counters[Counter.TOUCHING] = touching
         largest_violations[0] = largest
         next_stage(total, normals_changed, max_passes, counters)
 

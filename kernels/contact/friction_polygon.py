@@ -14,8 +14,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LAST_PASSES, NEWTON_PASSES, PLACES, SLIDE, STICK
-from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.contact.modes import LAST_PASSES, NEWTON_PASSES, Mode
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
 
@@ -25,8 +25,6 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
     newton_passes, last_passes = wp.constant(NEWTON_PASSES), wp.constant(LAST_PASSES)
-    stick, slide, places = wp.constant(STICK), wp.constant(SLIDE), wp.constant(PLACES)
-    slides, line = wp.constant(cg.SLIDES), wp.constant(cg.LINE)
     count = wp.constant(2 * directions)
     half_turn = math.pi / directions
     step = wp.constant(scalar(half_turn))
@@ -49,11 +47,11 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
     @func
     def freedom_of(mode: int, n: vec3):
         # kind of a sliding node, and the axis that goes with it
-        kind = slides
+        kind = VelocityConstraint.PLANE
         axis = n
-        if mode >= places and (mode - places) % 2 == 1:
-            kind = line
-            axis = direction_of(mode - places, n)
+        if mode >= Mode.PLACE and (mode - Mode.PLACE) % 2 == 1:
+            kind = VelocityConstraint.LINE
+            axis = direction_of(mode - Mode.PLACE, n)
         return kind, axis
 
     @func
@@ -147,42 +145,42 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
         margin = wp.min(weight * tolerances[3], scalar(0.01) * bound) + tolerances[0]
         trial = friction - weight * sliding
         found, beyond, _nearest = nearest_place(trial, bound, n)
-        next_mode = stick
-        if mode == stick:
+        next_mode = int(Mode.STICK)
+        if mode == Mode.STICK:
             # late in a step only what the law does not allow by far begins
             if passes >= newton_passes:
                 margin += tolerances[2] * bound
             if beyond > margin and passes < last_passes:
                 place = found
         elif bound <= tolerances[0]:
-            next_mode = slide
-        elif mode == slide:
+            next_mode = Mode.SLIDE
+        elif mode == Mode.SLIDE:
             if beyond > scalar(0.0) and wp.length(sliding) > tolerances[3]:
                 place = found
         else:
             margin = scalar(0.01) * bound + tolerances[0] + left
             place = neighbour(
-                mode - places, n, friction, sliding, last, bound, margin, tolerances[3]
+                mode - Mode.PLACE, n, friction, sliding, last, bound, margin, tolerances[3]
             )
-            if place == mode - places:
+            if place == mode - Mode.PLACE:
                 lacks = missed(place, n, friction, bound)
                 if lacks > tolerances[2] * bound + tolerances[0] + left:
                     unsettled = 1
         force = vec3()
         stiffness = mat33()
         made_at = sliding
-        if mode == stick:
+        if mode == Mode.STICK:
             # where it is driven; its speed is not known yet
             made_at = (scalar(-1.0) / weight) * trial
         if place >= 0:
-            next_mode = places + place
+            next_mode = Mode.PLACE + place
             across = direction_of(place, n)
             size = wp.where(place % 2 == 1, apothem, scalar(1.0)) * bound
             speed = wp.max(-wp.dot(across, sliding), tolerances[3])
             before = -wp.dot(across, last)
             settled = before > scalar(0.7) * speed and speed > scalar(0.7) * before
             near = missed(place, n, friction, bound) < bound and passes < last_passes
-            if mode == stick or settled or near:
+            if mode == Mode.STICK or settled or near:
                 force = size * across
             else:
                 stiffness = (size / speed) * wp.outer(across, across)

@@ -11,9 +11,9 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LATE_PASSES, NEWTON_PASSES, SLIDE, STICK
+from warp_softbody.kernels.contact.modes import LATE_PASSES, NEWTON_PASSES, Mode
 from warp_softbody.kernels.contact.smooth_cone import make_smooth_cone
-from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
 
@@ -23,15 +23,13 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
     newton_passes, late_passes = wp.constant(NEWTON_PASSES), wp.constant(LATE_PASSES)
-    stick, slide = wp.constant(STICK), wp.constant(SLIDE)
-    slides = wp.constant(cg.SLIDES)
     cone = make_smooth_cone(precision, subject)
     disc_violation, linearised_friction = cone.disc_violation, cone.linearised_friction
 
     @func
     def freedom_of(mode: int, n: vec3):
         # kind of a sliding node, and the axis that goes with it
-        return slides, n
+        return VelocityConstraint.PLANE, n
 
     @func
     def coulomb_violation(n: vec3, friction: vec3, trial: vec3, bound: scalar):
@@ -52,7 +50,7 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         tolerances: wp.array(dtype=scalar),
     ):
         # next mode, whether the law is missed, force, stiffness, velocity they are made at
-        next_mode = stick
+        next_mode = Mode.STICK
         unsettled = int(0)
         force = vec3()
         stiffness = mat33()
@@ -62,16 +60,16 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         # to begin, it must exceed the cone by what would move its own block noticeably
         margin = wp.min(weight * tolerances[3], scalar(0.01) * bound)
         slips = size > bound + margin + tolerances[0]
-        if mode == slide:
+        if mode == Mode.SLIDE:
             slips = size > bound and wp.length(sliding) > tolerances[3]
             # friction that would reverse the sliding stops it instead
             slips = slips and wp.dot(last, sliding) >= scalar(0.0)
-        if mode == stick and passes >= newton_passes:
+        if mode == Mode.STICK and passes >= newton_passes:
             # late in a step only what the law does not allow by far begins
             slips = size > scalar(1.5) * bound + margin + tolerances[0]
         if slips:
-            next_mode = slide
-            if mode == stick:
+            next_mode = Mode.SLIDE
+            if mode == Mode.STICK:
                 # the full friction against where it is driven; its speed is not known yet
                 force = (bound / size) * trial
                 made_at = (scalar(-1.0) / weight) * trial

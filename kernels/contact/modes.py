@@ -1,13 +1,21 @@
-"""Modes of a node in contact."""
+"""Modes of a node or a pair in contact, and the passes that their rules change at."""
 
-LIFT = 0
-STICK = 1
-SLIDE = 2
-"""Slides on the smooth cone; on a polygon, without friction so far."""
+from enum import IntEnum
 
-PLACES = 3
-"""This mode and those above it slide on a polygon of friction: mode PLACES + p at its place p,
-corner p / 2 where p is even, the edge between two corners where it is odd."""
+
+class Mode(IntEnum):
+    """What a node or a pair does; `engine.snapshots` shows it as a `ContactMode`."""
+
+    LIFT = 0
+    """Free of contact."""
+    STICK = 1
+    """All components of the velocity are given."""
+    SLIDE = 2
+    """Slides on the smooth cone; on a polygon, without friction so far."""
+    PLACE = 3
+    """This mode and those above it slide on a polygon of friction: mode PLACE + p at its place p,
+    corner p / 2 where p is even, the edge between two corners where it is odd."""
+
 
 NEWTON_PASSES = 4
 """Active-set passes of a step in which nodes may begin to slide and Newton's linearisation is

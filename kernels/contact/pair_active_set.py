@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LIFT, SLIDE, STICK
+from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.pair_constraints import DAMPING, SUBJECT, make_pair_rows
 from warp_softbody.kernels.contact.pair_friction import make_pair_friction
-from warp_softbody.kernels.contact.stages import AGAIN, ALL_PASSES, CHANGED, PASSES, TOUCHING
-from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.contact.stages import ALL_PASSES
+from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.precision import real
 
 LEAST_SHARE = 1e-6
@@ -35,7 +35,6 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     narrow, remove = rows.narrow, rows.remove
     damping = wp.constant(wp.float64(DAMPING))
     all_passes = wp.constant(ALL_PASSES)
-    lift, stick, slide = wp.constant(LIFT), wp.constant(STICK), wp.constant(SLIDE)
     law = make_pair_friction(precision, SUBJECT)
     least_share = wp.constant(scalar(LEAST_SHARE))
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
@@ -81,7 +80,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         for row in range(pairs.count[0]):
             c = pairs.rows[row]
             impulse = impulses[c]
-            if modes[c] == slide:
+            if modes[c] == Mode.SLIDE:
                 impulse += frictions[c] - stiffness[c] * narrow(relative(pairs, c, x))
             impulses[c] = impulse
             largest = wp.max(largest, wp.length_sq(impulse))
@@ -149,16 +148,16 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         normal_speed = wp.dot(n, u)
         sliding = u - normal_speed * n
         friction = impulse - normal_impulse * n
-        next_mode = lift
-        if mode == lift:
+        next_mode = Mode.LIFT
+        if mode == Mode.LIFT:
             violations[c] = vec2(weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0))
             if normal_speed < least - approach:
-                next_mode = slide
+                next_mode = Mode.SLIDE
                 slip_velocities[c] = vec3()
         elif normal_impulse < -none:
             violations[c] = vec2(-normal_impulse, wp.length(friction))
-            if mode == stick:
-                next_mode = slide
+            if mode == Mode.STICK:
+                next_mode = Mode.SLIDE
                 changed[c] = 1
                 slip_velocities[c] = vec3()
         else:
@@ -170,11 +169,20 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             )
             # the law cannot be kept closer than the residual that the solver leaves, or than the
             # rounding of the products with this node's velocity
-            left = none + scalar(wp.sqrt(scalars[stopping.FLOOR_SQUARE]))
+            left = none + scalar(wp.sqrt(scalars[Scalar.FLOOR_SQUARE]))
             left += rounding * weight * wp.length(x[k[0]])
             last = slip_velocities[c]
             next_mode, unsettled, force, block, made_at = law.choose(
-                mode, n, friction, sliding, last, pushed, bound, weight, left, counters[PASSES]
+                mode,
+                n,
+                friction,
+                sliding,
+                last,
+                pushed,
+                bound,
+                weight,
+                left,
+                counters[Counter.PASSES],
             )
             changed[c] = unsettled
             frictions[c] = force
@@ -199,7 +207,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             right_with_slip[i] = right[i] + ground_frictions[i]
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
-            if modes[c] == slide:
+            if modes[c] == Mode.SLIDE:
                 share(pairs, c, frictions[c], right_with_slip)
 
     @kernel
@@ -232,18 +240,18 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             if size > most:
                 most = size
                 worst[0] = c
-            if modes[c] != lift:
+            if modes[c] != Mode.LIFT:
                 touching += 1
-        counters[TOUCHING] = counters[TOUCHING] + touching
-        counters[CHANGED] = counters[CHANGED] + total
+        counters[Counter.TOUCHING] = counters[Counter.TOUCHING] + touching
+        counters[Counter.CHANGED] = counters[Counter.CHANGED] + total
         largest_violations[0] = largest
         unsettled[0] = total
         if total > 0:
             # what pairs have not found by then they do not find later
             limit = wp.min(max_passes, all_passes)
-            if counters[PASSES] < limit:
-                counters[AGAIN] = 1
-            counters[stopping.LOOSE] = wp.where(counters[PASSES] < limit - 1, 1, 0)
+            if counters[Counter.PASSES] < limit:
+                counters[Counter.AGAIN] = 1
+            counters[Counter.LOOSE] = wp.where(counters[Counter.PASSES] < limit - 1, 1, 0)
 
     return SimpleNamespace(
         find_impulses=find_impulses,

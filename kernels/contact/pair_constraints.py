@@ -19,13 +19,11 @@ from typing import Any
 
 import warp as wp
 
-from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.contact.modes import Mode
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "pairs"
-
-LIFT = 0
-STICK = 1
 
 MOST_ITERATIONS = 200
 """Of the small system; it takes a dozen."""
@@ -45,10 +43,6 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, vec4, mat33 = types.scalar, types.vec3, types.vec4, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
-    line = wp.constant(cg.LINE)
-    stick = wp.constant(STICK)
-    lift = wp.constant(LIFT)
     most = wp.constant(MOST_ITERATIONS)
     vec3d = wp.vec3d
     enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
@@ -111,12 +105,12 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     @func
     def left_free(freedom: Freedom, i: int, v: vec3d):
         # S at a node
-        if freedom.kinds[i] == free:
+        if freedom.kinds[i] == VelocityConstraint.NONE:
             return v
         axis = wide(freedom.axes[i])
-        if freedom.kinds[i] == slides:
+        if freedom.kinds[i] == VelocityConstraint.PLANE:
             return v - (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
-        if freedom.kinds[i] == line:
+        if freedom.kinds[i] == VelocityConstraint.LINE:
             return (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
         return vec3d()
 
@@ -141,7 +135,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
 
     @func
     def given(pairs: Pairs, c: int, mode: int, u: vec3d):
-        if mode == stick:
+        if mode == Mode.STICK:
             return u
         n = wide(pairs.normals[c])
         return (wp.dot(n, u) / wp.dot(n, n)) * n
@@ -260,7 +254,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         count = int(0)
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
-            if modes[c] != lift:
+            if modes[c] != Mode.LIFT:
                 pairs.rows[count] = c
                 count += 1
         pairs.count[0] = count
@@ -274,7 +268,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
                     pairs.marks[i] = 1
                     pairs.touched[touched] = i
                     touched += 1
-                    if freedom.kinds[i] != free:
+                    if freedom.kinds[i] != VelocityConstraint.NONE:
                         pairs.held[held] = i
                         held += 1
         for number in range(touched):

@@ -17,7 +17,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LIFT, SLIDE
+from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.pair_active_set import LEAST_SHARE
 from warp_softbody.kernels.contact.pair_constraints import SUBJECT, make_pair_rows
 from warp_softbody.kernels.precision import real
@@ -39,7 +39,6 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     rows = make_pair_rows(precision)
     Pairs, relative, wide, narrow = rows.Pairs, rows.relative, rows.wide, rows.narrow
-    lift, slide = wp.constant(LIFT), wp.constant(SLIDE)
     zero, one = wp.constant(wp.float64(0.0)), wp.constant(wp.float64(1.0))
     least_share, cut = wp.constant(scalar(LEAST_SHARE)), wp.constant(scalar(CUT))
     beyond, largest = wp.constant(wp.float64(BEYOND)), wp.constant(scalar(1e15))
@@ -74,7 +73,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             normal, friction = split(pairs, c, friction_coefficient, impulses[c])
-            modes[c] = wp.where(normal > scalar(0.0), slide, lift)
+            modes[c] = wp.where(normal > scalar(0.0), Mode.SLIDE, Mode.LIFT)
             frictions[c] = friction
         rounds[0] = 1
         rounds[1] = 0
@@ -125,7 +124,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
             n = pairs.normals[c]
             along = wp.dot(n, impulses[c])
             if along < -none:
-                modes[c] = lift
+                modes[c] = Mode.LIFT
                 frictions[c] = vec3()
                 changes += 1
             else:

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LAST_PASSES, SLIDE, STICK
+from warp_softbody.kernels.contact.modes import LAST_PASSES, Mode
 from warp_softbody.kernels.contact.smooth_cone import make_smooth_cone
 from warp_softbody.kernels.precision import real
 
@@ -42,7 +42,6 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
     last_passes = wp.constant(LAST_PASSES)
-    stick, slide = wp.constant(STICK), wp.constant(SLIDE)
     slow_share, missed = wp.constant(scalar(SLOW)), wp.constant(scalar(MISSED))
     beyond = wp.constant(scalar(BEYOND))
     shrunk, late_excess = wp.constant(scalar(SHRUNK)), wp.constant(scalar(LATE_EXCESS))
@@ -65,7 +64,7 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
     ):
         # next mode, whether the law is missed, force, stiffness, velocity they are made at.
         # pushed: whether the friction of the last pass was a force of full size
-        next_mode = stick
+        next_mode = Mode.STICK
         unsettled = int(0)
         force = vec3()
         stiffness = mat33()
@@ -78,17 +77,17 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
         if passes >= last_passes:
             excess += (late_excess - scalar(1.0)) * bound
         slips = size > bound + excess
-        if mode == slide:
+        if mode == Mode.SLIDE:
             turned = wp.dot(last, sliding) < scalar(0.0)
             stopped = speed < slowest or size < shrunk * bound
             slips = not turned and (pushed or not stopped)
         if bound <= left:
             # nothing holds it
-            slips = mode == slide or size > bound + excess
+            slips = mode == Mode.SLIDE or size > bound + excess
             bound = scalar(0.0)
         if slips:
-            next_mode = slide
-            if mode == stick:
+            next_mode = Mode.SLIDE
+            if mode == Mode.STICK:
                 # the full friction against where it is driven; its speed is not known yet
                 force = (bound / wp.max(size, tiny)) * trial
                 made_at = (scalar(-1.0) / weight) * trial

@@ -9,26 +9,38 @@
    ends in takes energy, whatever was left unsettled; a node may sink by the way of a step.
 """
 
+from enum import IntEnum
 from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import NEWTON_PASSES, SLIDE, STICK
-from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.contact.modes import NEWTON_PASSES, Mode
+from warp_softbody.kernels.linear.codes import Counter
 from warp_softbody.kernels.precision import real
 
-PASSES = 4
-AGAIN = 5
-TOUCHING = 6
-CHANGED = 8
-EARLIER_PASSES = 9
-FRICTION_NEXT = 10
 
-ALL = 0
-NORMALS = 1
-FRICTION = 2
-LET_GO = 3
+class SearchStage(IntEnum):
+    """What the passes of a step may change."""
+
+    ALL = 0
+    """Every mode."""
+    NORMALS = 1
+    """Who is pressed; friction is frozen."""
+    FRICTION = 2
+    """Friction, for one pass."""
+    LET_GO = 3
+    """Only less contact and less friction."""
+
+
+class NodeChange(IntEnum):
+    """What a pass changed of a node."""
+
+    NONE = 0
+    FRICTION = 1
+    PRESSED = 2
+    """It begins or ends to be pressed."""
+
 
 ALL_PASSES = 12
 """Passes of the first stage."""
@@ -39,9 +51,6 @@ LET_GO_PASSES = 20
 PICARD_PASSES = NEWTON_PASSES
 """What the laws of friction are told in the second stage: their rules of this pass."""
 
-PRESSED = 2
-"""Change of a node that begins or ends to be pressed; 1 is one of its friction alone."""
-
 
 @cache
 def make_stages(precision: str, subject: str) -> SimpleNamespace:
@@ -49,24 +58,21 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
-    stick, slide = wp.constant(STICK), wp.constant(SLIDE)
     all_passes, let_go_passes = wp.constant(ALL_PASSES), wp.constant(LET_GO_PASSES)
-    all_stage, normals = wp.constant(ALL), wp.constant(NORMALS)
-    friction_stage, let_go = wp.constant(FRICTION), wp.constant(LET_GO)
 
     @func
     def stage_at(passes: int, friction_next: int, max_passes: int):
         if passes >= max_passes:
-            return let_go
+            return SearchStage.LET_GO
         if passes < all_passes:
-            return all_stage
+            return SearchStage.ALL
         if friction_next != 0:
-            return friction_stage
-        return normals
+            return SearchStage.FRICTION
+        return SearchStage.NORMALS
 
     @func
     def stage_of(counters: wp.array(dtype=int), max_passes: int):
-        return stage_at(counters[PASSES], counters[FRICTION_NEXT], max_passes)
+        return stage_at(counters[Counter.PASSES], counters[Counter.FRICTION_NEXT], max_passes)
 
     @func
     def braked(
@@ -84,9 +90,9 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         speed = wp.max(wp.length(sliding), tolerances[3])
         size = bound / speed
         unsettled = int(0)
-        if mode == stick:
+        if mode == Mode.STICK:
             if wp.length(friction) <= bound + tolerances[0]:
-                return stick, unsettled, mat33()
+                return Mode.STICK, unsettled, mat33()
             # the speed at which its own block answers what is beyond the cone
             size = bound * weight / (wp.length(friction) - bound)
         elif not first:
@@ -97,7 +103,7 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         across = wp.identity(n=3, dtype=scalar) - wp.outer(n, n)
         if first:
             unsettled = 1
-        return slide, unsettled, size * across
+        return Mode.SLIDE, unsettled, size * across
 
     @func
     def next_stage(
@@ -106,21 +112,21 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         # in the first stage modes are sought with loose solves; once they settle, one solve to the
         # tolerance must confirm them
         stage = stage_of(counters, max_passes)
-        passes = counters[PASSES] + 1
-        counters[PASSES] = passes
+        passes = counters[Counter.PASSES] + 1
+        counters[Counter.PASSES] = passes
         # what ends in the last stage is safe, but has not settled
-        counters[CHANGED] = wp.where(stage == let_go, wp.max(total, 1), total)
-        unsettled = total > 0 or counters[stopping.LOOSE] != 0
+        counters[Counter.CHANGED] = wp.where(stage == SearchStage.LET_GO, wp.max(total, 1), total)
+        unsettled = total > 0 or counters[Counter.LOOSE] != 0
         friction_next = int(0)
-        if stage == normals and normals_changed == 0:
+        if stage == SearchStage.NORMALS and normals_changed == 0:
             friction_next = 1
             unsettled = True
-        if stage == all_stage and passes == all_passes:
+        if stage == SearchStage.ALL and passes == all_passes:
             friction_next = 1
-        counters[FRICTION_NEXT] = friction_next
+        counters[Counter.FRICTION_NEXT] = friction_next
         within = passes < max_passes + let_go_passes
-        counters[AGAIN] = wp.where(unsettled and within, 1, 0)
+        counters[Counter.AGAIN] = wp.where(unsettled and within, 1, 0)
         later = stage_at(passes, friction_next, max_passes)
-        counters[stopping.LOOSE] = wp.where(total > 0 and later == all_stage, 1, 0)
+        counters[Counter.LOOSE] = wp.where(total > 0 and later == SearchStage.ALL, 1, 0)
 
     return SimpleNamespace(stage_of=stage_of, braked=braked, next_stage=next_stage)

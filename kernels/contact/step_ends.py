@@ -5,9 +5,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.stages import AGAIN, EARLIER_PASSES, FRICTION_NEXT, PASSES
-from warp_softbody.kernels.linear import stopping
 from warp_softbody.kernels.linear.bsr_product import make_rows
+from warp_softbody.kernels.linear.codes import Counter
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "contact_ends"
@@ -99,11 +98,13 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         # out
         counters: wp.array(dtype=int),
     ):
-        counters[EARLIER_PASSES] = counters[EARLIER_PASSES] + counters[PASSES]
-        counters[PASSES] = 0
-        counters[AGAIN] = 0
-        counters[FRICTION_NEXT] = 0
-        counters[stopping.LOOSE] = 0
+        counters[Counter.EARLIER_PASSES] = (
+            counters[Counter.EARLIER_PASSES] + counters[Counter.PASSES]
+        )
+        counters[Counter.PASSES] = 0
+        counters[Counter.AGAIN] = 0
+        counters[Counter.FRICTION_NEXT] = 0
+        counters[Counter.LOOSE] = 0
 
     @kernel
     def advance_state(

@@ -12,6 +12,7 @@ gradients of a tet's corners times the root of its volume, and one 3 x 3 matrix 
   on a it is ``4 (mu I - (2 mu - lambda tr eps) N)``, whose negative eigenvalues are set to zero.
 """
 
+from enum import IntEnum
 from functools import cache
 from types import SimpleNamespace
 
@@ -22,9 +23,13 @@ from warp_softbody.kernels.precision import real
 
 SUBJECT = "tangent"
 
-WARPED = 0
-CONSERVING = 1
-EXACT = 2
+
+class TangentKind(IntEnum):
+    """Tangent stiffness of the step, in the order of the options' names."""
+
+    WARPED = 0
+    CONSERVING = 1
+    EXACT = 2
 
 
 @cache
@@ -35,7 +40,6 @@ def make_tangent(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     tet = make_tets(precision, SUBJECT)
     deformation, cofactor, isotropic_block = tet.deformation, tet.cofactor, tet.isotropic_block
-    exact = wp.constant(EXACT)
     tiny = wp.constant(scalar(types.tiny))
 
     @func
@@ -91,7 +95,7 @@ def make_tangent(precision: str) -> SimpleNamespace:
         # Y = [h] P + [g] Q, h = (tr V I - 2 V) g; P and Q are functions of V, so symmetric
         P = mat33()
         Q = mat33()
-        if tangent == exact:
+        if tangent == TangentKind.EXACT:
             pressure = lame[1] * (size - scalar(3.0))
             H = without_negative(mu * identity - (scalar(2.0) * mu - pressure) * N)
             Q = (scalar(0.5) * fade) * H

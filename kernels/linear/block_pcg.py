@@ -10,13 +10,10 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels.linear.codes import BlockCounter
 from warp_softbody.kernels.precision import BLOCK, real
 
 SUBJECT = "block_gradients"
-
-ITERATIONS = 0
-CONDITION = 1
-COUNTERS = 2
 
 
 @cache
@@ -141,8 +138,8 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
             for k in range(width):
                 if square[k] > target[k]:
                     go_on = 1
-        counters[ITERATIONS] = 0
-        counters[CONDITION] = go_on
+        counters[BlockCounter.ITERATIONS] = 0
+        counters[BlockCounter.CONDITION] = go_on
 
     @kernel
     def add_up(
@@ -273,8 +270,10 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
             for k in range(width):
                 if square[k] > target[k]:
                     go_on = 1
-        counters[ITERATIONS] = counters[ITERATIONS] + 1
-        counters[CONDITION] = wp.where(counters[ITERATIONS] < max_iterations, go_on, 0)
+        counters[BlockCounter.ITERATIONS] = counters[BlockCounter.ITERATIONS] + 1
+        counters[BlockCounter.CONDITION] = wp.where(
+            counters[BlockCounter.ITERATIONS] < max_iterations, go_on, 0
+        )
 
     @kernel
     def free_response(

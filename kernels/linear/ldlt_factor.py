@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.linear.warped_ldlt import SUBJECT
 from warp_softbody.kernels.precision import real
 
@@ -75,16 +75,14 @@ def make_factorisation(precision: str) -> SimpleNamespace:
     mat34 = wp.types.matrix(shape=(3, 4), dtype=scalar)
     zero = wp.constant(scalar(0.0))
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    free, slides = wp.constant(cg.FREE), wp.constant(cg.SLIDES)
-    held, line = wp.constant(cg.HELD), wp.constant(cg.LINE)
 
     @func
     def project_rows(kind: int, axis: vec3, value: mat33):
-        if kind == slides:
+        if kind == VelocityConstraint.PLANE:
             return value - wp.outer(axis, wp.transpose(value) * axis)
-        if kind == line:
+        if kind == VelocityConstraint.LINE:
             return wp.outer(axis, wp.transpose(value) * axis)
-        if kind == held:
+        if kind == VelocityConstraint.FIXED:
             return mat33()
         return value
 
@@ -112,14 +110,14 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         if diagonal_slot[i] >= 0:
             pivot = values[diagonal_slot[i]] + slip_stiffness[node]
             given = scalar(0.3333333333333333) * wp.trace(pivot)
-            if kind == slides:
+            if kind == VelocityConstraint.PLANE:
                 pivot = project_rows(kind, axis, pivot)
                 pivot = project_rows(kind, axis, wp.transpose(pivot))
                 pivot += given * wp.outer(axis, axis)
-            if kind == line:
+            if kind == VelocityConstraint.LINE:
                 size = wp.dot(axis, pivot * axis) - given
                 pivot = size * wp.outer(axis, axis) + given * wp.identity(n=3, dtype=scalar)
-            if kind == held:
+            if kind == VelocityConstraint.FIXED:
                 pivot = given * wp.identity(n=3, dtype=scalar)
             # what elimination subtracts may leave less of a stiff body's mass than rounding takes
             pivot += (margin * given) * wp.identity(n=3, dtype=scalar)
@@ -146,9 +144,9 @@ def make_factorisation(precision: str) -> SimpleNamespace:
             node = order[row[s]]
             other = order[column[s]]
             entry = values[matrix_slot[s]]
-            if kinds[node] != free:
+            if kinds[node] != VelocityConstraint.NONE:
                 entry = project_rows(kinds[node], axes[node], entry)
-            if kinds[other] != free:
+            if kinds[other] != VelocityConstraint.NONE:
                 across = project_rows(kinds[other], axes[other], wp.transpose(entry))
                 entry = wp.transpose(across)
         # fmt: off

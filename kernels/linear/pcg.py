@@ -14,19 +14,9 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.linear.bsr_product import make_rows
-from warp_softbody.kernels.linear.stopping import (
-    CURVATURE,
-    NEW_PRODUCT,
-    RESIDUAL_PRODUCT,
-    SUBJECT,
-    make_stopping,
-)
+from warp_softbody.kernels.linear.codes import Scalar, VelocityConstraint
+from warp_softbody.kernels.linear.stopping import SUBJECT, make_stopping
 from warp_softbody.kernels.precision import real
-
-FREE = 0
-SLIDES = 1
-HELD = 2
-LINE = 3
 
 
 @cache
@@ -35,19 +25,17 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    free = wp.constant(FREE)
-    slides, line = wp.constant(SLIDES), wp.constant(LINE)
     stopping = make_stopping(precision)
     double_dot, total_of = stopping.double_dot, stopping.total_of
 
     @func
     def project(kind: int, axis: vec3, value: vec3):
         # the axis is normal to the plane of a node that slides, or lies along its line
-        if kind == free:
+        if kind == VelocityConstraint.NONE:
             return value
-        if kind == slides:
+        if kind == VelocityConstraint.PLANE:
             return value - wp.dot(axis, value) * axis
-        if kind == line:
+        if kind == VelocityConstraint.LINE:
             return wp.dot(axis, value) * axis
         return vec3()
 
@@ -160,7 +148,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     ):
         # stiffness is never less than none, but for rounding, whose steps would have no bound
         stiff = wp.max(total_of(partial), wp.float64(0.0))
-        scalars[CURVATURE] = total_of(mass_partial) + stiff
+        scalars[Scalar.CURVATURE] = total_of(mass_partial) + stiff
 
     @kernel
     def direction(
@@ -174,10 +162,10 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     ):
         # the old product is kept until ``advance`` of this iteration has used the new one
         c = wp.tid()
-        old = scalars[RESIDUAL_PRODUCT]
+        old = scalars[Scalar.RESIDUAL_PRODUCT]
         beta = scalar(0.0)
         if old > wp.float64(0.0):
-            beta = scalar(scalars[NEW_PRODUCT] / old)
+            beta = scalar(scalars[Scalar.NEW_PRODUCT] / old)
         for i in range(c * chunk, wp.min((c + 1) * chunk, z.shape[0])):
             p[i] = z[i] + beta * p[i]
 
@@ -232,10 +220,10 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         c = wp.tid()
         net = wp.vec3d()
         moved = wp.float64(0.0)
-        curvature = scalars[CURVATURE]
+        curvature = scalars[Scalar.CURVATURE]
         alpha = scalar(0.0)
         if curvature > wp.float64(0.0):
-            alpha = scalar(scalars[NEW_PRODUCT] / curvature)
+            alpha = scalar(scalars[Scalar.NEW_PRODUCT] / curvature)
         total = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, change.shape[0])):
             change[i] = change[i] + alpha * p[i]

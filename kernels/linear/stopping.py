@@ -16,28 +16,10 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "conjugate_gradients"
-
-RESIDUAL_PRODUCT = 0
-TARGET_SQUARE = 1
-LAST_SQUARE = 2
-STOP_SQUARE = 3
-NEW_PRODUCT = 4
-CURVATURE = 5
-FLOOR_SQUARE = 6
-WHOLE_SQUARE = 7
-CHANGE_SQUARE = 8
-SCALARS = 9
-
-ITERATIONS = 0
-CONDITION = 1
-TOTAL_ITERATIONS = 2
-UNCONVERGED = 3
-LOOSE = 7
-FAILED = 11
-COUNTERS = 12
 
 LOOSE_REDUCTION = 0.03
 """Reduction of the residual in a solve whose only purpose is to choose contact modes."""
@@ -91,7 +73,7 @@ def make_stopping(precision: str) -> SimpleNamespace:
         for k in range(net_partial.shape[0]):
             net += net_partial[k]
         allowed = net_square * wp.float64(count) * total_of(change_partial)
-        return wp.length_sq(net) > allowed and square > scalars[FLOOR_SQUARE]
+        return wp.length_sq(net) > allowed and square > scalars[Scalar.FLOOR_SQUARE]
 
     @kernel
     def set_target(
@@ -114,8 +96,8 @@ def make_stopping(precision: str) -> SimpleNamespace:
                 total += double_dot(momentum, momentum)
                 given += double_dot(impulses[i], impulses[i])
         square = relative_tolerance[0] * relative_tolerance[0]
-        scalars[WHOLE_SQUARE] = square * total
-        scalars[CHANGE_SQUARE] = square * given
+        scalars[Scalar.WHOLE_SQUARE] = square * total
+        scalars[Scalar.CHANGE_SQUARE] = square * given
 
     @func
     def follow_time_error(
@@ -124,7 +106,7 @@ def make_stopping(precision: str) -> SimpleNamespace:
         # the start is off by (v+ - v) - (v - v-), twice what the step is off by; as M~ >= M, the
         # residual bounds the momentum that the solve is off by
         square = share_square * total_of(change_partial)
-        scalars[TARGET_SQUARE] = wp.max(scalars[FLOOR_SQUARE], square)
+        scalars[Scalar.TARGET_SQUARE] = wp.max(scalars[Scalar.FLOOR_SQUARE], square)
 
     @kernel
     def begin(
@@ -143,34 +125,34 @@ def make_stopping(precision: str) -> SimpleNamespace:
         counters: wp.array(dtype=int),
     ):
         square = total_of(partial)
-        scalars[LAST_SQUARE] = square
-        scalars[RESIDUAL_PRODUCT] = wp.float64(0.0)
+        scalars[Scalar.LAST_SQUARE] = square
+        scalars[Scalar.RESIDUAL_PRODUCT] = wp.float64(0.0)
         tolerance = relative_tolerance[0]
-        change = wp.max(scalars[CHANGE_SQUARE], tolerance * tolerance * square)
-        scalars[CHANGE_SQUARE] = change
+        change = wp.max(scalars[Scalar.CHANGE_SQUARE], tolerance * tolerance * square)
+        scalars[Scalar.CHANGE_SQUARE] = change
         # what contact imposes on a body at rest is momentum too
         whole = tolerance * tolerance * total_of(change_partial)
-        scalars[WHOLE_SQUARE] = wp.max(scalars[WHOLE_SQUARE], whole)
-        scalars[FLOOR_SQUARE] = wp.min(scalars[WHOLE_SQUARE], most_square * change)
-        scalars[TARGET_SQUARE] = scalars[FLOOR_SQUARE]
+        scalars[Scalar.WHOLE_SQUARE] = wp.max(scalars[Scalar.WHOLE_SQUARE], whole)
+        scalars[Scalar.FLOOR_SQUARE] = wp.min(scalars[Scalar.WHOLE_SQUARE], most_square * change)
+        scalars[Scalar.TARGET_SQUARE] = scalars[Scalar.FLOOR_SQUARE]
         if follows != 0:
             follow_time_error(change_partial, scalars)
-        stop = scalars[TARGET_SQUARE]
-        if counters[LOOSE] != 0:
+        stop = scalars[Scalar.TARGET_SQUARE]
+        if counters[Counter.LOOSE] != 0:
             stop = wp.max(stop, loose_square * square)
-        scalars[STOP_SQUARE] = stop
-        counters[ITERATIONS] = 0
+        scalars[Scalar.STOP_SQUARE] = stop
+        counters[Counter.ITERATIONS] = 0
         if again != 0:
-            counters[UNCONVERGED] = counters[UNCONVERGED] - 1
-        counters[FAILED] = 0
+            counters[Counter.UNCONVERGED] = counters[Counter.UNCONVERGED] - 1
+        counters[Counter.FAILED] = 0
         # an extrapolation that is good enough by itself would carry its error on from step to step
         least = stop
         if follows != 0 and first != 0:
             least = wp.float64(0.0)
         go_on = square > least
-        if follows != 0 and counters[LOOSE] == 0:
+        if follows != 0 and counters[Counter.LOOSE] == 0:
             go_on = go_on or net_is_left(nodes, change_partial, net_partial, square, scalars)
-        counters[CONDITION] = wp.where(go_on, 1, 0)
+        counters[Counter.CONDITION] = wp.where(go_on, 1, 0)
 
     @kernel
     def conclude(
@@ -188,28 +170,33 @@ def make_stopping(precision: str) -> SimpleNamespace:
     ):
         # written so that a residual that is not a number ends the loop
         square = total_of(partial)
-        scalars[RESIDUAL_PRODUCT] = scalars[NEW_PRODUCT]
-        scalars[LAST_SQUARE] = square
-        counters[ITERATIONS] = counters[ITERATIONS] + 1
-        counters[TOTAL_ITERATIONS] = counters[TOTAL_ITERATIONS] + 1
+        scalars[Scalar.RESIDUAL_PRODUCT] = scalars[Scalar.NEW_PRODUCT]
+        scalars[Scalar.LAST_SQUARE] = square
+        counters[Counter.ITERATIONS] = counters[Counter.ITERATIONS] + 1
+        counters[Counter.TOTAL_ITERATIONS] = counters[Counter.TOTAL_ITERATIONS] + 1
         if follows != 0:
             follow_time_error(change_partial, scalars)
-            loose = wp.where(counters[LOOSE] != 0, scalars[STOP_SQUARE], wp.float64(0.0))
-            scalars[STOP_SQUARE] = wp.max(scalars[TARGET_SQUARE], loose)
+            loose = wp.where(
+                counters[Counter.LOOSE] != 0,
+                scalars[Scalar.STOP_SQUARE],
+                wp.float64(0.0),
+            )
+            scalars[Scalar.STOP_SQUARE] = wp.max(scalars[Scalar.TARGET_SQUARE], loose)
         go_on = int(0)
-        unfinished = square > scalars[STOP_SQUARE]
-        if follows != 0 and counters[LOOSE] == 0:
+        unfinished = square > scalars[Scalar.STOP_SQUARE]
+        if follows != 0 and counters[Counter.LOOSE] == 0:
             left = net_is_left(nodes, change_partial, net_partial, square, scalars)
             unfinished = unfinished or left
         if unfinished:
             # a matrix that rounding has left indefinite ends the iteration
-            sound = scalars[CURVATURE] > wp.float64(0.0) and scalars[NEW_PRODUCT] > wp.float64(0.0)
-            if sound and counters[ITERATIONS] < max_iterations:
+            curved = scalars[Scalar.CURVATURE] > wp.float64(0.0)
+            sound = scalars[Scalar.NEW_PRODUCT] > wp.float64(0.0)
+            if curved and sound and counters[Counter.ITERATIONS] < max_iterations:
                 go_on = 1
             else:
-                counters[UNCONVERGED] = counters[UNCONVERGED] + 1
-                counters[FAILED] = 1
-        counters[CONDITION] = go_on
+                counters[Counter.UNCONVERGED] = counters[Counter.UNCONVERGED] + 1
+                counters[Counter.FAILED] = 1
+        counters[Counter.CONDITION] = go_on
 
     return SimpleNamespace(
         double_dot=double_dot,

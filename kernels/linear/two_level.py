@@ -15,6 +15,7 @@ import warp as wp
 
 from warp_softbody.kernels.linear import pcg as cg
 from warp_softbody.kernels.linear.bsr_product import make_rows
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "two_level"
@@ -26,7 +27,6 @@ def make_two_level(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    slides, line, held = wp.constant(cg.SLIDES), wp.constant(cg.LINE), wp.constant(cg.HELD)
 
     project = cg.make_conjugate_gradients(precision).project
     part_of_row = make_rows(precision, SUBJECT).part_of_row
@@ -49,14 +49,14 @@ def make_two_level(precision: str) -> SimpleNamespace:
         kind = kinds[i]
         axis = axes[i]
         inverse = mat33()
-        if kind == slides:
+        if kind == VelocityConstraint.PLANE:
             across = wp.identity(n=3, dtype=scalar) - wp.outer(axis, axis)
             size = scalar(0.3333333333333333) * wp.trace(pivot)
             bounded = across * pivot * across + size * wp.outer(axis, axis)
             inverse = across * wp.inverse(bounded) * across
-        elif kind == line:
+        elif kind == VelocityConstraint.LINE:
             inverse = wp.outer(axis, axis) / wp.dot(axis, pivot * axis)
-        elif kind != held:
+        elif kind != VelocityConstraint.FIXED:
             inverse = wp.inverse(pivot)
         pivot_inverse[i] = scalar(0.5) * (inverse + wp.transpose(inverse))
 

@@ -15,7 +15,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.engine.options import PRECONDITIONERS, Precision
-from warp_softbody.kernels.linear.pcg import HELD
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.block_sparsity import build_topology
 from warp_softbody.linear.preconditioner import Preconditioner, WarpedFactor, make_preconditioner
@@ -46,7 +46,7 @@ def cut(matrix: FloatArray, fixed: Any) -> FloatArray:
 def freedom_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Freedom:
     """Kinds (n,) and slip stiffness (n, 3, 3) of contact; fixed nodes are held."""
     model, types, n = body.model, body.model.types, body.model.node_count
-    kinds = np.where(model.fixed, HELD, np.broadcast_to(np.int32(kinds), n))
+    kinds = np.where(model.fixed, VelocityConstraint.FIXED, np.broadcast_to(np.int32(kinds), n))
     return Freedom(
         model.array(kinds, wp.int32),
         model.array(np.tile(NORMAL, (n, 1)), types.vec3),

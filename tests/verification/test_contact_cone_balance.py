@@ -16,7 +16,7 @@ from warp_softbody.cli import main
 from warp_softbody.contact_mode import ContactMode
 from warp_softbody.engine.options import Cone, Precision, SimulationOptions
 from warp_softbody.errors import InputError
-from warp_softbody.kernels.linear.pcg import FREE, HELD, LINE, SLIDES
+from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.linear.preconditioner import TwoLevel, WarpedFactor
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.stage_exports import measure, read_take
@@ -35,8 +35,15 @@ def test_preconditioners_know_nodes_that_are_free_along_a_line(two_levels: bool)
     n = len(mesh.points)
     kinds = np.random.default_rng(4).integers(0, 4, n)
     planes = np.linalg.svd(NORMAL[None])[2][1:]
-    kept = {FREE: np.eye(3), SLIDES: planes, HELD: np.zeros((0, 3)), LINE: NORMAL[None]}
-    basis = np.concatenate([np.kron(np.eye(n)[i], kept[int(kinds[i])]) for i in range(n)]).T
+    kept = {
+        VelocityConstraint.NONE: np.eye(3),
+        VelocityConstraint.PLANE: planes,
+        VelocityConstraint.FIXED: np.zeros((0, 3)),
+        VelocityConstraint.LINE: NORMAL[None],
+    }
+    basis = np.concatenate(
+        [np.kron(np.eye(n)[i], kept[VelocityConstraint(kinds[i])]) for i in range(n)]
+    ).T
     preconditioner = factor_of(body, kinds)
     assert isinstance(preconditioner, TwoLevel if two_levels else WarpedFactor)
     applied = preconditioned(body, preconditioner, basis)

@@ -10,11 +10,10 @@ import warp as wp
 
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
-from warp_softbody.engine.options import TANGENTS
 from warp_softbody.kernels.elastic.corotated import make_elasticity
 from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
-from warp_softbody.kernels.elastic.tangent import make_tangent
+from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent
 
 
 @dataclass(frozen=True)
@@ -183,7 +182,7 @@ class Assembly:
         self._each_edge(self._smoothing.smoothed_edges, first, last, self._volume_gradients)
 
     def _couple(self, positions: Any, first: int, last: int) -> None:
-        kind = TANGENTS.index(self._model.options.tangent)
+        kind = int(TangentKind[self._model.options.tangent.upper()])
         for part, a, b in self._by_body("tets", first, last):
             tets, rest_inverse, _ = self._body(a, b)
             body = [tets, rest_inverse, part.lame, kind]

@@ -17,9 +17,8 @@ from warp_softbody.engine.momentum_account import Accountant
 from warp_softbody.engine.pair_contact import Known, PairContact, PairRows
 from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.engine.step_statistics import StepStatistics
-from warp_softbody.kernels.contact import stages as contact_stages
 from warp_softbody.kernels.contact.step_ends import make_contact_ends
-from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.rigid_balance import make_rigid_balance
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.pcg import ConjugateGradients
@@ -118,7 +117,7 @@ class ContactResolution:
             self._launch_pass(state, contacts)
             self._launch_update(contacts)
 
-        again = contact_stages.AGAIN
+        again = Counter.AGAIN
         wp.capture_while(self._solver.counters[again : again + 1], settle)
         if self._pairs is not None:
             wp.capture_if(self._pairs.unsettled, lambda: self._launch_ending(state, contacts))
@@ -271,31 +270,31 @@ class ContactResolution:
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
         counters = self._read_counters()
-        passes = counters[contact_stages.PASSES] + counters[contact_stages.EARLIER_PASSES]
+        passes = counters[Counter.PASSES] + counters[Counter.EARLIER_PASSES]
         passes = max(self._model.options.newton_iterations, int(passes))
-        iterations = int(counters[stopping.TOTAL_ITERATIONS])
+        iterations = int(counters[Counter.TOTAL_ITERATIONS])
         if self._renewing:
             # no preconditioner knows of pairs, so more is left to the iteration
             self._fresh = max(FRESH_ITERATIONS, iterations / passes)
-        converged = int(counters[stopping.UNCONVERGED]) == 0
+        converged = int(counters[Counter.UNCONVERGED]) == 0
         fresh = int(self._fresh * passes)
         self.preconditioner.used(iterations, fresh=fresh, converged=converged)
         options, scalars = self._model.options, self._read_scalars()
-        target, floor = scalars[stopping.TARGET_SQUARE], scalars[stopping.FLOOR_SQUARE]
+        target, floor = scalars[Scalar.TARGET_SQUARE], scalars[Scalar.FLOOR_SQUARE]
         eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
         dt = options.time_step
         signorini, coulomb = (float(v) / dt for v in self._read_violations()[0])
-        settled = int(counters[contact_stages.CHANGED]) == 0
+        settled = int(counters[Counter.CHANGED]) == 0
         worst = None if settled or self._pairs is None else self._pairs.worst()
         return StepStatistics(
             iterations=iterations,
             passes=passes,
-            touching=int(counters[contact_stages.TOUCHING]),
+            touching=int(counters[Counter.TOUCHING]),
             residual=options.solver_tolerance * eased,
             renewed=renewed,
             converged=converged,
             contact_converged=settled,
-            finite=bool(np.isfinite(scalars[stopping.LAST_SQUARE])),
+            finite=bool(np.isfinite(scalars[Scalar.LAST_SQUARE])),
             resolved=resolved,
             fastest=fastest,
             signorini=signorini,

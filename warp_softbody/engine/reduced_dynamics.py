@@ -24,9 +24,8 @@ from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import Value
-from warp_softbody.kernels.linear import block_pcg as bg
 from warp_softbody.kernels.linear.block_pcg import make_block_gradients
-from warp_softbody.kernels.linear.pcg import FREE, HELD
+from warp_softbody.kernels.linear.codes import BlockCounter, VelocityConstraint
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.kernels.precision import BLOCK
 from warp_softbody.linear.block_ldlt import Freedom
@@ -93,13 +92,15 @@ class Bridge:
         self._stepper = stepper
         self._kernels = make_block_gradients(model.options.precision)
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
-        self._counters = model.zeros(bg.COUNTERS, wp.int32)
+        self._counters = model.zeros(len(BlockCounter), wp.int32)
         self._tolerance = model.array([tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
         self._preconditioner = make_preconditioner(model.system, *matrix)
         # contact is not in the bridge's matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(
-            model.array(np.where(model.fixed, HELD, FREE), wp.int32),
+            model.array(
+                np.where(model.fixed, VelocityConstraint.FIXED, VelocityConstraint.NONE), wp.int32
+            ),
             model.zeros(model.node_count, types.vec3),
             model.zeros(model.node_count, types.mat33),
         )
@@ -227,7 +228,7 @@ class Bridge:
         wp.capture_launch(self._graphs[key])
         if renew:
             self._preconditioner.renewed()
-        iterations = int(self._views.read(self._counters)[bg.ITERATIONS])
+        iterations = int(self._views.read(self._counters)[BlockCounter.ITERATIONS])
         self._preconditioner.used(BLOCK_COST * iterations, fresh=BLOCK_COST)
         return iterations
 
@@ -279,7 +280,9 @@ class Bridge:
             inputs = [self._most_iterations, w["product"], w["rr"], w["target"]]
             self._run(k.conclude, 1, inputs, ends)
 
-        wp.capture_while(self._counters[bg.CONDITION : bg.CONDITION + 1], iterate)
+        wp.capture_while(
+            self._counters[BlockCounter.CONDITION : BlockCounter.CONDITION + 1], iterate
+        )
         inputs = [model.node_count, w["x"], self._stepper.assembly.momentum]
         self._run(k.free_response, blocks, inputs, [w["response"]])
         if self._muscles is not None:

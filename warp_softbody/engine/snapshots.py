@@ -12,6 +12,7 @@ from warp_softbody.contact_mode import ContactMode
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import Contacts, PairStates, State
+from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.world.frame import GROUND, ContactSample, Frame
 from warp_softbody.world.view import BodyView
 
@@ -19,6 +20,11 @@ Touching = tuple[
     npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]
 ]
 """Nodes, modes, impulses, nodes on the other side and their weights, of one kind of contact."""
+
+SEEN_MODES = np.array(
+    [ContactMode[mode.name] for mode in (Mode.LIFT, Mode.STICK, Mode.SLIDE)], dtype=np.int32
+)
+"""Modes as frames show them, by those of the kernels."""
 
 
 class Snapshots:
@@ -41,7 +47,7 @@ class Snapshots:
         touching = np.zeros(model.node_count, dtype=bool)
         if model.contact_count:
             modes = self._views.read(contacts.modes)
-            touching[model.body.mesh.surface_nodes] = modes != ContactMode.LIFT
+            touching[model.body.mesh.surface_nodes] = modes != Mode.LIFT
         return BodyView(
             scene=model.scene,
             time=time,
@@ -93,7 +99,7 @@ class Snapshots:
             nodes=nodes.astype(np.int32),
             points=positions[nodes],
             # the places of a polygon of friction are all sliding
-            modes=np.minimum(modes, ContactMode.SLIDE).astype(np.int32),
+            modes=SEEN_MODES[np.minimum(modes, Mode.SLIDE)],
             forces=impulses.astype(np.float64) / self._model.options.time_step,
             bodies=self._bodies[nodes],
             partners=partners.astype(np.int32),
@@ -104,7 +110,7 @@ class Snapshots:
 
     def _on_ground(self, contacts: Contacts) -> Touching:
         modes = self._views.read(contacts.modes)
-        chosen = modes != ContactMode.LIFT
+        chosen = modes != Mode.LIFT
         nodes = self._model.body.mesh.surface_nodes[chosen]
         others = np.full((len(nodes), 3), -1)
         impulses = self._views.read(contacts.impulses)[chosen]
@@ -113,7 +119,7 @@ class Snapshots:
     def _on_surfaces(self, pairs: PairStates) -> Touching:
         """The nodes' pairs, then those of edges, once for either end."""
         modes = pairs.modes.numpy()
-        chosen = np.flatnonzero(modes != ContactMode.LIFT)
+        chosen = np.flatnonzero(modes != Mode.LIFT)
         edge = chosen >= len(self._model.body.mesh.surface_nodes)
         nodes, weights = pairs.nodes.numpy()[chosen], pairs.weights.numpy()[chosen]
         modes, impulses = modes[chosen], pairs.impulses.numpy()[chosen]

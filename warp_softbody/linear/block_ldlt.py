@@ -23,9 +23,9 @@ class Freedom:
     """Which velocities contact leaves free; device arrays over nodes.
 
     Attributes:
-        kinds: FREE, SLIDES, LINE or HELD of ``kernels.conjugate_gradients``.
-        axes: vec3, normal to the plane on which a node slides, or along its line.
-        slip_stiffness: mat33 kg, added to the diagonal blocks.
+        kinds: (n,) int32, values of `VelocityConstraint`.
+        axes: (n,) vec3, normal to the plane on which a node slides, or along its line.
+        slip_stiffness: (n,) mat33 kg, added to the diagonal blocks.
     """
 
     kinds: Any

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import warp as wp
 
-from warp_softbody.kernels.linear import stopping
+from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.linear.pcg import make_conjugate_gradients
 from warp_softbody.kernels.linear.stopping import make_stopping
 from warp_softbody.linear.preconditioner import Preconditioner
@@ -35,7 +35,7 @@ class ConjugateGradients:
     Made to be captured.
 
     Attributes:
-        counters, scalars: (k,) of the kernels in ``stopping``.
+        counters, scalars: (k,) by `Counter` and `Scalar`.
         failed: (1,) int, whether the last solve did not converge.
     """
 
@@ -53,9 +53,9 @@ class ConjugateGradients:
             for name in ("rr", "rz", "pq", "pp", "change")
         }
         self._net = system.zeros(system.chunk_count, wp.vec3d)
-        self.scalars = system.zeros(stopping.SCALARS, wp.float64)
-        self.counters = system.zeros(stopping.COUNTERS, wp.int32)
-        self.failed = self.counters[stopping.FAILED : stopping.FAILED + 1]
+        self.scalars = system.zeros(len(Scalar), wp.float64)
+        self.counters = system.zeros(len(Counter), wp.int32)
+        self.failed = self.counters[Counter.FAILED : Counter.FAILED + 1]
         self._follows = int(system.follows_time_error)
         self.before = system.zeros(n, types.vec3)
         self.start = system.zeros(n, types.vec3)
@@ -125,7 +125,7 @@ class ConjugateGradients:
             if constraints is not None:
                 # r is in the narrowed space, so its product with z stays what it is
                 constraints.project(v["z"])
-            self._launch(k.add_up, [stopping.NEW_PRODUCT, s["rz"]], [self.scalars], dim=1)
+            self._launch(k.add_up, [int(Scalar.NEW_PRODUCT), s["rz"]], [self.scalars], dim=1)
             self._launch(k.direction, [system.chunk, self.scalars, v["z"]], [v["p"]])
             inputs = [*rows, system.masses.damped_mass, *surroundings, v["p"]]
             self._launch(k.product, inputs, [v["q"], s["pq"], s["pp"]])
@@ -139,4 +139,4 @@ class ConjugateGradients:
             inputs += [s["rr"], s["change"], self._net]
             self._launch(self._stopping.conclude, inputs, [self.scalars, self.counters], dim=1)
 
-        wp.capture_while(self.counters[stopping.CONDITION : stopping.CONDITION + 1], iterate)
+        wp.capture_while(self.counters[Counter.CONDITION : Counter.CONDITION + 1], iterate)
