@@ -38,7 +38,12 @@ MEMORY, MEMORY_A_BYTE = 8 << 30, 40
 
 
 def apart(
-    task: str, file: str | Path, *arguments: Any, size: int = 0, trusted: bool = False
+    task: str,
+    file: str | Path,
+    *arguments: Any,
+    size: int = 0,
+    trusted: bool = False,
+    seconds: float = SECONDS,
 ) -> Any:
     """The result of a task on a file, wherever it is run.
 
@@ -48,6 +53,8 @@ def apart(
         arguments: the others.
         size: bytes read, where they are not those of the file.
         trusted: whether this process has written what is read.
+        seconds: CPU time without progress after which the child is ended, beside what the file's
+            size asks for.
 
     Raises:
         InputError: what the task refuses, or that the file ends or keeps the process that reads it.
@@ -58,7 +65,7 @@ def apart(
         return guarded(task, str(file), *arguments)
     size = size or _size(Path(file))
     limits = {
-        "seconds": SECONDS + SECONDS_A_BYTE * size,
+        "seconds": seconds + SECONDS_A_BYTE * size,
         "memory": int(MEMORY + MEMORY_A_BYTE * size),
     }
     order = json.dumps({"task": task, "arguments": [os.fspath(file), *arguments], **limits})

@@ -21,8 +21,10 @@ from numpy.typing import NDArray
 
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.body.meshing import child, ftetwild_mesher, load_surface
+from warp_softbody.body.meshing import load_surface
 from warp_softbody.body.meshing.check import check_against_surface
+from warp_softbody.body.meshing.child import run_mesher
+from warp_softbody.body.meshing.ftetwild_mesher import mesh_with_ftetwild
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
 from warp_softbody.engine.muscle_layout import build_muscle_layout
 from warp_softbody.errors import InputError, MeshError, MeshWarning, MissingExtraError, OutputError
@@ -107,17 +109,13 @@ def test_unknown_mesher(box: trimesh.Trimesh) -> None:
         TetMesh.from_surface(box, mesher="magic")
 
 
-def run_worker(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, body: str, timeout: float = 30.0
-) -> None:
+def run_worker(tmp_path: Path, body: str, timeout: float = 30.0) -> None:
     """Run a made-up worker in place of the real one."""
     worker = tmp_path / "worker.py"
     worker.write_text(body)
-    monkeypatch.setattr(child, "WORKER", worker)
-    monkeypatch.setattr(child, "GRACE", 0.1)
-    child.run_mesher(
-        "tetgen", np.zeros((1, 3)), np.zeros((1, 3), np.int32), {}, source="it", timeout=timeout
-    )
+    points, faces = np.zeros((1, 3)), np.zeros((1, 3), np.int32)
+    limits: dict[str, Any] = {"timeout": timeout, "grace": 0.1}
+    run_mesher("tetgen", points, faces, {}, source="it", worker=worker, **limits)
 
 
 @pytest.mark.parametrize(
@@ -128,19 +126,17 @@ def run_worker(
         ("", "it left no result"),
     ],
 )
-def test_crash_is_one_sentence(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, body: str, sentence: str
-) -> None:
+def test_crash_is_one_sentence(tmp_path: Path, body: str, sentence: str) -> None:
     with pytest.raises(MeshError, match=f"^it: tetgen could not mesh the surface: {sentence}$"):
-        run_worker(monkeypatch, tmp_path, body)
+        run_worker(tmp_path, body)
 
 
-def test_timeout_is_one_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_timeout_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match=r"^it: tetgen did not finish in 0.3 s"):
-        run_worker(monkeypatch, tmp_path, "import time; time.sleep(60)", timeout=0.3)
+        run_worker(tmp_path, "import time; time.sleep(60)", timeout=0.3)
 
 
-def test_interrupt_ends_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_interrupt_ends_the_child(tmp_path: Path) -> None:
     note = tmp_path / "pid"
     body = (
         "import os, pathlib, signal, time\n"
@@ -159,7 +155,7 @@ def test_interrupt_ends_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     threading.Thread(target=interrupt, daemon=True).start()
     try:
         with pytest.raises(KeyboardInterrupt):
-            run_worker(monkeypatch, tmp_path, body)
+            run_worker(tmp_path, body)
     finally:
         signal.signal(signal.SIGINT, before)
     with pytest.raises(ProcessLookupError):
@@ -196,7 +192,7 @@ def test_no_temporary_folder_is_one_sentence(
 ) -> None:
     sentence = "it: there is no temporary folder for tetgen; TMPDIR names another one"
     with pytest.raises(OutputError, match=sentence):
-        run_worker(monkeypatch, tmp_path, "import sys; sys.exit(73)")
+        run_worker(tmp_path, "import sys; sys.exit(73)")
     monkeypatch.setattr(sys, "executable", str(tmp_path / "absent"))
     with pytest.raises(OutputError, match="surface: ftetwild cannot be started: No such file"):
         TetMesh.from_surface(box)
@@ -216,12 +212,11 @@ def test_a_body_thinner_than_the_envelope_is_refused() -> None:
         TetMesh.from_surface(plate)
 
 
-def test_plate_that_takes_too_long_tells_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ftetwild_mesher, "LEAST_SECONDS", 0.5)
-    plate = trimesh.creation.box((1.0, 1.0, 3e-3))
+def test_plate_that_takes_too_long_tells_the_remedy() -> None:
+    plate = load_surface(trimesh.creation.box((1.0, 1.0, 3e-3)))
     sentence = r"ftetwild did not finish in .* the body is only some 0\.00298 m thick, .*'tetgen'"
     with pytest.raises(MeshError, match=sentence):
-        TetMesh.from_surface(plate)
+        mesh_with_ftetwild(plate, 0.1 * plate.diagonal, timeout=0.5)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])

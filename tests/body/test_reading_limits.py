@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,8 @@ import meshio
 import pytest
 
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.body.mesh_formats import child
+from warp_softbody.body.mesh_files import read_tets
+from warp_softbody.body.mesh_formats.child import READER, ReadingProcess
 from warp_softbody.body.meshing import load_surface
 from warp_softbody.errors import MeshError
 
@@ -38,36 +40,36 @@ DATAPACKING = BLOCK, ZONETYPE = FETETRAHEDRON
 
 
 @pytest.fixture
-def short_patience(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Less time to wait for each file, and a reading process that the next test does not get."""
-    monkeypatch.setattr(child, "WAITING", 0.5)
-    yield
-    child._READER.end()
+def impatient() -> Iterator[ReadingProcess]:
+    """A reading process with less time to wait for each file."""
+    process = ReadingProcess(waiting=0.5)
+    yield process
+    process.end()
 
 
-@pytest.mark.usefixtures("short_patience")
 @pytest.mark.parametrize(
     ("name", "text"),
     [("cut.msh", CUT_ANSYS), ("cut.tec", CUT_TECPLOT)],
 )
-def test_endless_readers_are_ended(cube: TetMesh, tmp_path: Path, name: str, text: str) -> None:
+def test_endless_readers_are_ended(
+    cube: TetMesh, tmp_path: Path, name: str, text: str, impatient: ReadingProcess
+) -> None:
     path = tmp_path / name
     path.write_text(text)
     with pytest.raises(MeshError, match=r"its reader did not finish in") as caught:
-        TetMesh.read(path)
+        read_tets(path, impatient)
     assert str(caught.value).startswith(f"{path}: cannot be read as a {path.suffix} mesh: ")
     # and the next file is read as ever
     cube.write(tmp_path / "good.vtu")
-    assert len(TetMesh.read(tmp_path / "good.vtu").tets) == 6
+    assert len(read_tets(tmp_path / "good.vtu", impatient).tets) == 6
 
 
-@pytest.mark.usefixtures("short_patience")
-def test_a_side_file_that_blocks_is_given_up(tmp_path: Path) -> None:
+def test_a_side_file_that_blocks_is_given_up(tmp_path: Path, impatient: ReadingProcess) -> None:
     (tmp_path / "body.ele").write_text("1 4 0\n1 1 2 3 4\n")
     os.mkfifo(tmp_path / "body.node")
     with pytest.raises(MeshError, match=r"body\.ele: .*: its reader did not finish in time"):
-        TetMesh.read(tmp_path / "body.ele")
-    assert child._READER._process is None
+        read_tets(tmp_path / "body.ele", impatient)
+    assert impatient.number is None
 
 
 def test_a_demand_for_all_memory_is_refused(tmp_path: Path) -> None:
@@ -95,13 +97,12 @@ def test_material_files_are_not_opened(tmp_path: Path) -> None:
 def test_the_reading_process_is_kept_and_started_anew(cube: TetMesh, tmp_path: Path) -> None:
     cube.write(tmp_path / "good.msh")
     TetMesh.read(tmp_path / "good.msh")
-    first = child._READER._process
+    first = READER.number
     TetMesh.read(tmp_path / "good.msh")
-    assert first is not None and child._READER._process is first
-    first.kill()
-    first.wait()
+    assert first is not None and READER.number == first
+    os.kill(first, signal.SIGKILL)
     assert len(TetMesh.read(tmp_path / "good.msh").tets) == 6
-    assert child._READER._process is not first
+    assert READER.number != first
 
 
 def test_a_fork_has_a_reading_process_of_its_own(cube: TetMesh, tmp_path: Path) -> None:
@@ -112,7 +113,7 @@ def test_a_fork_has_a_reading_process_of_its_own(cube: TetMesh, tmp_path: Path) 
         found = 1
         try:
             found = int(len(TetMesh.read(tmp_path / "good.vtu").tets) != 6)
-            child._READER.end()
+            READER.end()
         finally:
             os._exit(found)
     assert os.waitstatus_to_exitcode(os.waitpid(fork, 0)[1]) == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,7 @@ def test_one_sentence_and_nothing_on_disk(
 def test_missing_packages_are_told_before_the_run(
     call: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("warp_softbody.cli.recorder.find_spec", lambda name: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     files = ("--out", tmp_path / "i.usdc", "--picture", tmp_path / "i.png")
     answer = call("run", "balance-i", *files)
     assert answer.code == 2 and "pip install 'warp-softbody[view]'" in answer.err

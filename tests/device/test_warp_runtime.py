@@ -8,15 +8,14 @@ import sys
 from pathlib import Path
 
 import pytest
-import warp as wp
 
 from warp_softbody.device import warp_runtime
-from warp_softbody.errors import InputError, OutputError
+from warp_softbody.errors import InputError
 
 SCRIPT = """
 import warp as wp
 from warp_softbody.kernels.precision import real
-from warp_softbody.warp_runtime import captured, start
+from warp_softbody.device.warp_runtime import captured, start
 
 @real("float32").kernel("sample")
 def add_one(values: wp.array(dtype=wp.float32)):
@@ -29,10 +28,29 @@ wp.capture_launch(graph)
 print(values.numpy().tolist())
 """
 
+NO_ROOM = """
+import warp as wp
+from warp_softbody.device.warp_runtime import start, with_kernels
+from warp_softbody.errors import OutputError
 
-def run_sample(folder: Path, cache: Path) -> subprocess.CompletedProcess[str]:
+tries = []
+
+def build():
+    tries.append(wp.config.kernel_cache_dir)
+    raise OSError(28, "No space left on device")
+
+start()
+try:
+    with_kernels(build)
+except OutputError as error:
+    print(len(set(tries)), error)
+"""
+
+
+def run_sample(folder: Path, cache: Path, text: str = SCRIPT) -> subprocess.CompletedProcess[str]:
+    """Run a script in a process of its own, with a folder for its kernels."""
     script = folder / "sample.py"
-    script.write_text(SCRIPT)
+    script.write_text(text)
     environment = {**os.environ, "WARP_CACHE_PATH": str(cache)}
     return subprocess.run(
         [sys.executable, str(script)], env=environment, capture_output=True, text=True, check=False
@@ -75,22 +93,14 @@ def test_kernels_without_a_folder_go_to_a_temporary_one(tmp_path: Path) -> None:
     assert cache.read_text() == "a file"
 
 
-def test_kernels_that_find_no_room_at_all_are_one_sentence(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    warp_runtime.start()
-    monkeypatch.setattr(warp_runtime, "_temporary", [])
-    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
-    tries = []
-
-    def build() -> None:
-        tries.append(wp.config.kernel_cache_dir)
-        raise OSError(28, "No space left on device")
-
-    with pytest.raises(OutputError, match=r"neither be loaded nor built in .*: No space left"):
-        warp_runtime.with_kernels(build)
+def test_kernels_that_find_no_room_at_all_are_one_sentence(tmp_path: Path) -> None:
+    ended = run_sample(tmp_path, tmp_path / "kernels", NO_ROOM)
     # at once, once more, and in a temporary folder once and once more
-    assert len(set(tries)) == 2
+    number, sentence = ended.stdout.rstrip().split(" ", 1)
+    assert number == "2"
+    assert "can neither be loaded nor built in" in sentence
+    assert sentence.endswith(": No space left on device")
+    assert len(ended.stderr.splitlines()) == 1
 
 
 def test_other_errors_are_not_touched() -> None:

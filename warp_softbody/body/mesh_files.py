@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.atomic_files import replacing
-from warp_softbody.body.mesh_formats.child import read_in_child
+from warp_softbody.body.mesh_formats.child import READER, ReadingProcess, read_in_child
 from warp_softbody.body.mesh_formats.contents import Contents, ReadingFailed
 from warp_softbody.errors import MeshError, OutputError
 
@@ -65,7 +65,7 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-def read_tets(path: Path) -> Contents:
+def read_tets(path: Path, reader: ReadingProcess = READER) -> Contents:
     """Read points, tets and named groups, unchecked; the notes name the file.
 
     Raises:
@@ -79,7 +79,7 @@ def read_tets(path: Path) -> Contents:
     if suffix not in FORMATS:
         raise MeshError(f"{path}: no mesh format is known for the extension {path.suffix!r}")
     try:
-        found = read_in_child(path, _format(path))
+        found = read_in_child(path, _format(path), reader)
     except (OSError, ReadingFailed) as error:
         reason = getattr(error, "strerror", None) or error
         raise MeshError(f"{path}: cannot be read as a {suffix} mesh: {reason}") from error

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
 import time
 from contextlib import ExitStack
-from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
 
@@ -92,7 +92,7 @@ def _require_drawing(movie: Path | None, picture: Path | None) -> None:
     if movie and movie.suffix.lower() == ".mp4":
         needed.append("imageio_ffmpeg")
     for package in needed:
-        if find_spec(package) is None:
+        if importlib.util.find_spec(package) is None:
             raise MissingExtraError(
                 f"pictures and movies need {package}, which is not installed: "
                 "pip install 'warp-softbody[view]'"

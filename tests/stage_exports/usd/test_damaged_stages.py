@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import signal
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +17,6 @@ from pxr import Gf, Sdf, Vt
 from benchmarks.fuzz.stages import mutated, tried
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports import StageWriter, body_names, read_take, validate
-from warp_softbody.stage_exports.usd import isolation
 from warp_softbody.stage_exports.usd.isolation import apart
 
 SKIN, TETS, FIBERS = (f"/World/block/{name}" for name in ("Skin", "Tets", "Fibers"))
@@ -111,21 +110,25 @@ def test_a_take_from_elsewhere_is_read_as_one_of_ours(write_take: Any, tmp_path:
 
 
 @pytest.mark.parametrize(
-    ("answer", "sentence"),
+    ("ending", "sentence"),
     [
-        ((-signal.SIGALRM, b""), "takes longer than a file of its size may"),
-        ((-signal.SIGPROF, b""), "takes longer than a file of its size may"),
-        ((-signal.SIGSEGV, b""), "damaged so that USD ends with SIGSEGV"),
-        ((1, b""), "needs too much memory"),
-        ((0, b""), "damaged so that USD ends"),
+        ("kill -ALRM $$", "takes longer than a file of its size may"),
+        ("kill -PROF $$", "takes longer than a file of its size may"),
+        ("kill -SEGV $$", "damaged so that USD ends with SIGSEGV"),
+        ("exit 1", "needs too much memory"),
+        ("exit 0", "damaged so that USD ends"),
     ],
 )
 def test_a_child_that_ends_is_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answer: Any, sentence: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, sentence: str
 ) -> None:
+    """A shell script that ends in every way stands for the interpreter that would read."""
     path = tmp_path / "any.usdc"
     path.write_bytes(b"PXR-USDC")
-    monkeypatch.setattr(isolation, "_run", lambda order: answer)
+    child = tmp_path / "child"
+    child.write_text(f"#!/bin/sh\n{ending}\n")
+    child.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(child))
     with pytest.raises(InputError, match=sentence):
         apart("extract", path, None, False)
     assert sentence in validate(path)[0]
@@ -143,15 +146,14 @@ def test_a_long_rest_is_no_damage(scene: Any, make_frames: Any, tmp_path: Path) 
     assert len(read_take(copy)) == 400
 
 
-def test_a_file_that_never_ends_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_never_ends_is_left(tmp_path: Path) -> None:
     """A child that waits for a writer which does not come is ended."""
     pipe = tmp_path / "pipe.usda"
     os.mkfifo(pipe)
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.subLayerPaths.append(str(pipe))
     layer.Export(str(tmp_path / "waits.usda"))
-    monkeypatch.setattr(isolation, "SECONDS", 0.5)
     begun = time.monotonic()
     with pytest.raises(InputError, match="takes longer than a file of its size may"):
-        read_take(tmp_path / "waits.usda")
+        apart("extract", tmp_path / "waits.usda", None, False, seconds=0.5)
     assert time.monotonic() - begun < 60.0

@@ -34,14 +34,24 @@ class _Gone(Exception):
     """The reading process ended before it answered."""
 
 
-class _Reader:
-    """The reading process of this process, kept for the next file."""
+class ReadingProcess:
+    """A process that reads files for this one, kept for the next file.
 
-    def __init__(self) -> None:
+    Attributes:
+        waiting: s of wall time allowed over the CPU time that a file's size allows.
+    """
+
+    def __init__(self, waiting: float = WAITING) -> None:
         """Nothing is started yet."""
+        self.waiting = waiting
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._inherited: list[subprocess.Popen[bytes]] = []
+
+    @property
+    def number(self) -> int | None:
+        """Of the process; None where it does not run."""
+        return None if self._process is None else self._process.pid
 
     def ask(self, question: dict[str, object], seconds: float) -> bytes:
         """The answer to a question, from a new process where the last one had just ended."""
@@ -113,9 +123,10 @@ class _Reader:
             self._inherited.append(process)
 
 
-_READER = _Reader()
-atexit.register(_READER.end)
-os.register_at_fork(after_in_child=_READER.forget)
+READER = ReadingProcess()
+"""That of this process."""
+atexit.register(READER.end)
+os.register_at_fork(after_in_child=READER.forget)
 
 
 def _start() -> subprocess.Popen[bytes]:
@@ -133,7 +144,7 @@ def _start() -> subprocess.Popen[bytes]:
     )
 
 
-def read_in_child(path: Path, file_format: str) -> Contents:
+def read_in_child(path: Path, file_format: str, reader: ReadingProcess = READER) -> Contents:
     """Contents of a tet file, read by meshio in a process with limits.
 
     Raises:
@@ -148,6 +159,6 @@ def read_in_child(path: Path, file_format: str) -> Contents:
         "memory": BASE_MEMORY + MEMORY_PER_BYTE * size,
     }
     try:
-        return unpack(_READER.ask(question, seconds + WAITING))
+        return unpack(reader.ask(question, seconds + reader.waiting))
     except _Gone as error:
         raise ReadingFailed("its reader could not be started") from error

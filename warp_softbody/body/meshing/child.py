@@ -38,6 +38,8 @@ def run_mesher(
     source: str,
     timeout: float,
     remedy: str = "",
+    worker: Path = WORKER,
+    grace: float = GRACE,
 ) -> Arrays:
     """Fill a closed surface with tets, in a child that Ctrl-C and the timeout end.
 
@@ -49,6 +51,8 @@ def run_mesher(
         source: what the sentences call the surface.
         timeout: s.
         remedy: what to do where the time is over; empty for a larger size.
+        worker: script that the child runs.
+        grace: s in which a child that is told to end may remove its folder.
 
     Returns:
         Points (k, 3) m and tets (m, 4), unchecked.
@@ -61,7 +65,7 @@ def run_mesher(
     settings = json.dumps({"mesher": mesher, "options": dict(options)})
     np.savez(job, points=points, faces=faces, settings=settings)
     try:
-        code, answer = _run_child(job.getvalue(), timeout)
+        code, answer = _run_child(job.getvalue(), timeout, worker, grace)
     except subprocess.TimeoutExpired as error:
         raise MeshError(
             f"{source}: {mesher} did not finish in {timeout:.3g} s; "
@@ -76,7 +80,7 @@ def run_mesher(
     return _result(answer, mesher, source, code)
 
 
-def _run_child(job: bytes, timeout: float) -> tuple[int, bytes]:
+def _run_child(job: bytes, timeout: float, worker: Path, grace: float) -> tuple[int, bytes]:
     """Exit status and answer of the worker; whatever happens here, it is gone afterwards.
 
     It runs in a session of its own, so that a signal to this process's group leaves it to end by
@@ -84,7 +88,7 @@ def _run_child(job: bytes, timeout: float) -> tuple[int, bytes]:
     """
     paths = os.pathsep.join(os.path.abspath(path) for path in sys.path)
     process = subprocess.Popen(
-        [sys.executable, str(WORKER)],
+        [sys.executable, str(worker)],
         cwd="/",
         # The child finds what this process finds, though it runs elsewhere.
         env={**os.environ, "PYTHONPATH": paths},
@@ -103,7 +107,7 @@ def _run_child(job: bytes, timeout: float) -> tuple[int, bytes]:
         answer = _receive(process.stdout.fileno(), timeout)
         return process.wait(), answer
     finally:
-        _end(process)
+        _end(process, grace)
 
 
 def _send(stream: int, data: bytes) -> None:
@@ -125,12 +129,12 @@ def _receive(stream: int, timeout: float) -> bytes:
         parts.append(part)
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def _end(process: subprocess.Popen[bytes], grace: float) -> None:
     """Let the worker clean up, then end it and what it started; after Ctrl-C too."""
     assert process.stdin is not None and process.stdout is not None
     process.stdin.close()
     try:
-        process.wait(timeout=GRACE)
+        process.wait(timeout=grace)
     except subprocess.TimeoutExpired:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)

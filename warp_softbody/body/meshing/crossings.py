@@ -18,14 +18,16 @@ INSIDE = 1e-9
 EDGES = ((0, 1), (1, 2), (2, 0))
 
 
-def crossing_triangles(points: FloatArray, faces: Numbers) -> tuple[Numbers, FloatArray]:
+def crossing_triangles(
+    points: FloatArray, faces: Numbers, *, most_pairs: int = MOST_PAIRS
+) -> tuple[Numbers, FloatArray]:
     """Pairs (k, 2) of triangles that cross, and a place (k, 3) in m on both of each pair.
 
     Neighbours across an edge and triangles that overlap in one plane are not found, and none where
-    more than `MOST_PAIRS` are near each other, as in a fan of thousands of triangles.
+    more than ``most_pairs`` are near each other, as in a fan of thousands of triangles.
     """
     corners = points[faces]
-    pairs = _astride(corners, _near_pairs(corners))
+    pairs = _astride(corners, _near_pairs(corners, most_pairs))
     shared = (faces[pairs[:, 0]][:, :, None] == faces[pairs[:, 1]][:, None]).sum(axis=(1, 2))
     pairs = pairs[shared < 2]
     pairs = pairs[np.lexsort(np.sort(pairs, axis=1).T)]
@@ -69,8 +71,8 @@ def _pierced(
         return least > INSIDE, place
 
 
-def _near_pairs(corners: FloatArray) -> Numbers:
-    """Pairs (k, 2) of triangles whose boxes overlap, by a binary tree of boxes."""
+def _near_pairs(corners: FloatArray, most_pairs: int) -> Numbers:
+    """Pairs (k, 2) of triangles whose boxes overlap, by a tree of boxes; none where too many."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     order = _along_a_curve(0.5 * (low + high))
     levels = [(low[order], high[order])]
@@ -84,7 +86,7 @@ def _near_pairs(corners: FloatArray) -> Numbers:
         for axis in range(3):
             low, high, (one, other) = lows[:, axis], highs[:, axis], pairs.T
             pairs = pairs[(low[one] <= high[other]) & (low[other] <= high[one])]
-        if len(pairs) > MOST_PAIRS:
+        if len(pairs) > most_pairs:
             return np.zeros((0, 2), dtype=np.int64)
     return order[pairs[pairs[:, 0] < pairs[:, 1]]]
 
