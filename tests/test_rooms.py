@@ -61,24 +61,6 @@ KNOWN_IMPORTS = {
     # constants of kernels are NumPy's
     ("kernels.contact.active_set", "numpy"),
     ("kernels.contact.pair_active_set", "numpy"),
-    # helpers that still stand in test modules
-    ("tests.linear.test_two_level", "tests.linear.test_symbolic_ldlt"),
-    (
-        "tests.verification.conservation.test_collisions",
-        "tests.verification.conservation.test_free_flight",
-    ),
-    (
-        "tests.verification.conservation.test_slides",
-        "tests.verification.conservation.test_free_flight",
-    ),
-    ("tests.verification.test_contact_cone_balance", "tests.linear.test_symbolic_ldlt"),
-    (
-        "tests.verification.test_contact_cone_balance",
-        "tests.verification.test_contact_directions",
-    ),
-    ("tests.verification.test_contact_cone_balance", "tests.verification.test_contact_drops"),
-    ("tests.verification.test_contact_hard", "tests.verification.test_contact_drops"),
-    ("tests.verification.test_pair_settling", "tests.verification.test_pair_contact"),
 }
 # Class names that stand twice: in the controllers and in the engine.
 KNOWN_TWICE = {"Elimination", "Shapes"}

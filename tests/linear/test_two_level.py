@@ -7,14 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.linear.test_symbolic_ldlt import (
-    FIXED,
-    NORMAL,
-    STIFF,
-    assembled,
-    factor_of,
-    preconditioned,
-)
+from tests.linear.matrices import FIXED, NORMAL, STIFF, assembled, factor_of, preconditioned
 from tests.support.bodies import Rig, box, epsilon, rig, turn
 from tests.verification import reference
 from warp_softbody.arrays import FloatArray

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.linear.test_symbolic_ldlt import NORMAL, assembled, factor_of, preconditioned
+from tests.linear.matrices import NORMAL, assembled, factor_of, preconditioned
 from tests.support.bodies import Rig, box
-from tests.verification.test_contact_directions import scaly_slab
-from tests.verification.test_contact_drops import G, cube, energy
+from tests.verification.dropped_cube import G, cube, energy
+from tests.verification.scaly_slab import scaly_slab
 from warp_softbody.cli import main
 from warp_softbody.contact_mode import ContactMode
 from warp_softbody.engine.options import Cone, Precision, SimulationOptions

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.bodies import box, rig, turn
-from tests.verification.test_contact_drops import SIDE, G, cube
+from tests.verification.dropped_cube import SIDE, G, cube
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.engine.options import CONES, Cone

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.bodies import box
-from tests.verification.test_pair_contact import cube, energy, hairpin, simulate
+from tests.verification.pair_bodies import cube, energy, hairpin, simulate
 from warp_softbody import Material, Plane, Push, Scene, Simulation, SimulationOptions
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character

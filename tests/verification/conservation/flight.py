@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.options import Precision
 
 GRAVITY = 9.81
+PRECISIONS: tuple[Precision, ...] = tuple(p for p in get_args(Precision) if p != "auto")
 
 MOST: dict[Precision, float] = {"float32": 1e-5, "float64": 1e-9}
 """Momentum that may get lost in a second, of what there was."""

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.bodies import box, turned
-from tests.verification.conservation.flight import MOST
-from tests.verification.conservation.test_free_flight import PRECISIONS
+from tests.verification.conservation.flight import MOST, PRECISIONS
 from warp_softbody import (
     Body,
     Character,

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.support.bodies import box, muscular_bar, numbers, rig
-from tests.verification.conservation.flight import GRAVITY, MOST, Flight, flights, mean_velocity
+from tests.verification.conservation.flight import (
+    GRAVITY,
+    MOST,
+    PRECISIONS,
+    Flight,
+    flights,
+    mean_velocity,
+)
 from warp_softbody import Material, Scene, Simulation, SimulationOptions, characters
 from warp_softbody.engine.options import TANGENTS, Precision, Tangent
 
-PRECISIONS: tuple[Precision, ...] = tuple(p for p in get_args(Precision) if p != "auto")
 STEPS = 60
 
 

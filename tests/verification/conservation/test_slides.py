@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.bodies import box
-from tests.verification.conservation.flight import GRAVITY
-from tests.verification.conservation.test_free_flight import PRECISIONS
+from tests.verification.conservation.flight import GRAVITY, PRECISIONS
 from warp_softbody import (
     Character,
     Frame,
