@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import warp as wp
-
+from warp_softbody.device.launching import launch
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
@@ -99,7 +98,7 @@ class Assembly:
         self, kernel: Any, first: int, last: int, inputs: list[Any], outputs: list[Any]
     ) -> None:
         device = self._model.options.device
-        wp.launch(kernel, dim=last - first, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, last - first, inputs, outputs, device)
 
     def _body(self, a: int, b: int) -> list[Any]:
         mesh = self._model.arrays.mesh

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from warp_softbody.device.host_view import HostView
+from warp_softbody.device.launching import launch
 from warp_softbody.engine.assembly import Assembly
 from warp_softbody.engine.friction_cone import make_friction
 from warp_softbody.engine.ground_detection import make_detection
@@ -81,9 +82,8 @@ class ContactResolution:
             self._pairs = PairContact(model, self._solver, assembly.values)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
-        if dim > 0:
-            device = self._model.options.device
-            wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        device = self._model.options.device
+        launch(kernel, dim, inputs, outputs, device)
 
     def find_pairs(self, state: State, contacts: Contacts) -> None:
         """Which surfaces may touch in a step from ``state`` on; not to be captured."""

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 import warp as wp
 
+from warp_softbody.device.launching import launch
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import State
 from warp_softbody.errors import InputError
@@ -112,4 +113,4 @@ class TriangleDetection:
 
 def _launch(model: Model, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
     device = model.options.device
-    wp.launch(kernel, dim=model.contact_count, inputs=inputs, outputs=outputs, device=device)
+    launch(kernel, model.contact_count, inputs, outputs, device)

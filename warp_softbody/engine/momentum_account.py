@@ -10,6 +10,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.device.launching import launch
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import captured
 from warp_softbody.engine.model import Model
@@ -67,7 +68,7 @@ class Accountant:
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
-        wp.launch(kernel, dim=self._bodies, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, self._bodies, inputs, outputs, device)
 
     def launch(
         self,
@@ -144,13 +145,9 @@ class ShapeGauge:
 
     def _launch(self, state: State) -> None:
         model = self._model
-        wp.launch(
-            self._kernel,
-            dim=len(self._rest),
-            inputs=[self._starts, model.arrays.mesh.tets, state.positions],
-            outputs=[*self._volumes, *self._counts],
-            device=model.options.device,
-        )
+        inputs = [self._starts, model.arrays.mesh.tets, state.positions]
+        outputs = [*self._volumes, *self._counts]
+        launch(self._kernel, len(self._rest), inputs, outputs, model.options.device)
 
     def read(self) -> Shapes:
         """The last state measured, and the extremes so far."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.device.launching import launch
 from warp_softbody.device.warp_runtime import with_kernels
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.pair_detection import PairDetection, mean_edges
@@ -93,7 +94,7 @@ class PairContact:
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 1) -> None:
         device = self._model.options.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, dim, inputs, outputs, device)
 
     def find(self, state: State, pairs: PairStates) -> None:
         """The pairs of a step, from where it starts; a node that has none lifts."""

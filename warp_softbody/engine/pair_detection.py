@@ -10,6 +10,7 @@ import warp as wp
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.surface_edges import SurfaceEdges
+from warp_softbody.device.launching import launch
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import PairStates, State
 from warp_softbody.kernels.contact.pair_detection import make_pair_detection
@@ -171,7 +172,7 @@ class PairDetection:
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, dim, inputs, outputs, device)
 
 
 class CrossingEdges:
@@ -207,7 +208,7 @@ class CrossingEdges:
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, dim, inputs, outputs, device)
 
     def launch(self, state: State, corners: Any, deep: Any) -> None:
         """Launch the search; the arguments are those of the nodes' pairs."""

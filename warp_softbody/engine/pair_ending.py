@@ -7,6 +7,7 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.device.launching import launch
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import PairStates
 from warp_softbody.kernels.contact.pair_ending import make_pair_ending
@@ -34,7 +35,7 @@ class PairEnding:
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
-        wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, 1, inputs, outputs, device)
 
     def begin(self, bound: Any, pairs: PairStates) -> PairStates:
         """Launch the first choice; the states that the rounds work on.

@@ -17,6 +17,7 @@ import warp as wp
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.host_view import HostViews
+from warp_softbody.device.launching import launch
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import captured
 from warp_softbody.engine.free_turn import FreeTurn
@@ -248,7 +249,7 @@ class Bridge:
 
     def _run(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._stepper.model.options.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, dim, inputs, outputs, device)
 
     def _launch(self, renew: bool) -> None:
         model, a, k = self._stepper.model, self._stepper.model.arrays, self._kernels

@@ -14,6 +14,7 @@ import warp as wp
 
 from warp_softbody.body.mesh_geometry import shortest_edge
 from warp_softbody.device.host_view import HostView, HostViews
+from warp_softbody.device.launching import launch
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import captured
 from warp_softbody.engine.assembly import Assembly
@@ -145,8 +146,7 @@ class Stepper:
         wp.capture_launch(self._graphs[identity][0])
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
-        if dim > 0:
-            wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
+        launch(kernel, dim, inputs, outputs, self._device)
 
     def _launch_assembly(self, state: State) -> None:
         self.assembly.launch(state.positions, state.velocities)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warp_softbody.device.allocator import constant_integers
+from warp_softbody.device.launching import launch
 from warp_softbody.kernels.linear.ldlt_factor import make_factorisation
 from warp_softbody.kernels.linear.supernodes import make_supernodes
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
@@ -84,7 +85,7 @@ class BlockFactor:
         self._targets = integers(runs.targets)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
+        launch(kernel, dim, inputs, outputs, self._device)
 
     def factorise(self, values: Any, freedom: Freedom) -> None:
         """Launch the factorisation of a matrix on the velocities left free."""

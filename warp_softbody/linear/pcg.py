@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import warp as wp
 
+from warp_softbody.device.launching import launch
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.linear.pcg import make_conjugate_gradients
 from warp_softbody.kernels.linear.stopping import make_stopping
@@ -64,13 +65,7 @@ class ConjugateGradients:
         self.axes = system.zeros(n, types.vec3)
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 0) -> None:
-        wp.launch(
-            kernel,
-            dim=dim or self._system.chunk_count,
-            inputs=inputs,
-            outputs=outputs,
-            device=self._system.device,
-        )
+        launch(kernel, dim or self._system.chunk_count, inputs, outputs, self._system.device)
 
     def set_target(self, impulses: Any) -> None:
         """Launch the stopping residual: the tolerance times |M v + impulses| of the free nodes."""

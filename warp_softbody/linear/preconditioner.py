@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 import warp as wp
 
+from warp_softbody.device.launching import launch
 from warp_softbody.device.warp_runtime import with_kernels
 from warp_softbody.kernels.linear.two_level import make_two_level
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
@@ -101,7 +102,7 @@ class WarpedFactor:
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
         dim, device = self._system.node_count, self._system.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, dim, inputs, outputs, device)
 
     def apply(self, residual: Any, result: Any) -> None:
         """Launch result = P residual, (n,) vec3."""
@@ -168,7 +169,7 @@ class TwoLevel:
 
     def _launch(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._system.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, dim, inputs, outputs, device)
 
     def _parts(self) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
         """Arguments that the kernels share: rows, sweep, contact, aggregates."""

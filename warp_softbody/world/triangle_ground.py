@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.device.launching import launch
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
@@ -127,9 +128,7 @@ class TriangleGround(FrozenValue):
             wp.array(np.ascontiguousarray(points), dtype=wp.vec3d, device="cpu"),
         ]
         kernel = make_ground_triangles("float64").measure
-        with_kernels(
-            lambda: wp.launch(kernel, dim=len(points), inputs=inputs, outputs=[found], device="cpu")
-        )
+        with_kernels(lambda: launch(kernel, len(points), inputs, [found], "cpu"))
         normals_and_gaps = found.numpy()
         return normals_and_gaps[:, 3].copy(), normals_and_gaps[:, :3].copy()
 
