@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from warp_softbody.engine.momentum_account import Accountant
 from warp_softbody.engine.pair_contact import Known, PairContact, PairRows
 from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.engine.step_statistics import StepStatistics
+from warp_softbody.engine.turning import Flown, Turning
 from warp_softbody.kernels.contact.step_ends import make_contact_ends
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.rigid_balance import make_rigid_balance
@@ -42,6 +44,7 @@ class ContactResolution:
         change: (n,) vec3 m/s, what the step adds to the velocities.
         carry: (2 bodies,) vec3d, momenta that rounding keeps velocities from taking.
         preconditioner: of the solves.
+        turning: of bodies in flight.
     """
 
     def __init__(self, model: Model, assembly: Assembly) -> None:
@@ -71,6 +74,7 @@ class ContactResolution:
         )
         self._solver = ConjugateGradients(model.system, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start
+        self.turning = Turning(model, self._solver, self.preconditioner)
         self._pairs: PairContact | None = None
         self.accountant = Accountant(model)
         self._read_counters = HostView(self._solver.counters).read
@@ -252,6 +256,19 @@ class ContactResolution:
             self._violations,
         ]
         self._launch(self._kernels.update_modes, m.contact_count, [*inputs, *now], outputs)
+
+    def launch_turning(
+        self,
+        state: State,
+        contacts: Contacts,
+        after: State,
+        relinearise: Callable[[Any, Any, Any], None],
+    ) -> None:
+        """Launch the arcs of bodies in flight, once the straight paths stand in ``after``."""
+        found = None if self._pairs is None else self._pairs.found
+        ends = (self.right, self.outer_impulses, self.change)
+        flown = Flown(*ends, found, self._groups, relinearise)
+        self.turning.launch(state, contacts, after, flown)
 
     def launch_account(self, contacts: Contacts) -> None:
         """Launch the account of the step, once its contacts have their impulses."""

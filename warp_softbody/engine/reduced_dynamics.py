@@ -150,6 +150,7 @@ class Bridge:
             raise InputError(
                 f"a bridge takes rows of {3 * model.node_count} numbers, got shape {rows.shape}"
             )
+        self._stepper.follow_plan()
         turn = self._free_turn(rows) if free else None
         left = rows if turn is None else turn.rows
         moved, shifts = self._translations(left)

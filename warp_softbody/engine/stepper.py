@@ -68,6 +68,7 @@ class Stepper:
     def assemble(self, state: State) -> None:
         """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
         self.assembled = state
+        self._contact.turning.follow_plan(False)
         if self._workers is not None:
             self._assemble_side_by_side(self._workers, state)
             return
@@ -114,6 +115,7 @@ class Stepper:
             self.solve(state, control, contacts)
             return self.resolve_contact(state, control, contacts, after)
         self._check(control)
+        self._contact.turning.follow_plan(False)
         renew = self._renewed = self._contact.preconditioner.stale
         self._contact.find_pairs(state, contacts)
 
@@ -131,6 +133,10 @@ class Stepper:
     def account(self) -> Account:
         """What all steps so far did to the bodies' momentum, and contact to their energy."""
         return self._contact.accountant.read()
+
+    def follow_plan(self) -> None:
+        """Note that the step from the assembled state is planned by its linear maps (`Bridge`)."""
+        self._contact.turning.follow_plan(True)
 
     def _check(self, control: Control) -> None:
         if self._muscles is not None and isinstance(control, Control):
@@ -201,27 +207,36 @@ class Stepper:
         self._contact.launch_modes(state, contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
-            self._launch_again(state, control, contacts, after)
+            moved = [self._contact.before, self._contact.change]
+            self._launch_again(state, control, contacts, after.positions, moved)
+            self._contact.launch_next(state, contacts)
             self._contact.launch_modes(state, contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
+
+        def relinearise(positions: Any, before: Any, change: Any) -> None:
+            self._launch_again(state, control, contacts, positions, [before, change])
+
+        self._contact.launch_turning(state, contacts, after, relinearise)
         self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
         self._contact.launch_account(contacts)
 
     def _launch_again(
-        self, state: State, control: Control, contacts: Contacts, after: State
+        self, state: State, control: Control, contacts: Contacts, positions: Any, moved: list[Any]
     ) -> None:
-        """One more Newton iteration, about the state that the last one ended in."""
+        """Matrix and known impulses of one more Newton iteration about ``positions``.
+
+        ``moved`` are the velocities before the step and their change so far.
+        """
         m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
-        self.assembly.launch(after.positions, state.velocities)
+        self.assembly.launch(positions, state.velocities)
         nodes = [a.gather.node_start, a.gather.node_corners, a.step.factors]
         nodes += [a.step.stiffness_share]
         rows = [a.pattern.row_start, a.pattern.column]
         known = [self.assembly.values, self.assembly.impulses, control.external_forces]
         inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
-        inputs += [contact.before, contact.change, contacts.friction_forces]
+        inputs += [*moved, contacts.friction_forces]
         outputs = [contact.right, contact.right_with_slip]
         self._launch(k.newton_right_side, m.node_count, inputs, outputs)
-        contact.launch_next(state, contacts)
 
     def _read_statistics(self) -> StepStatistics:
         reach, speed = self._read_extremes().tolist()

@@ -1,0 +1,161 @@
+"""Steps of bodies in flight that turn: taken along an arc, in a frame that turns with each."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.state import Contacts, State
+from warp_softbody.kernels.turning import PLANNED_SHARE, make_turning
+from warp_softbody.linear.block_ldlt import Freedom
+from warp_softbody.linear.pcg import ConjugateGradients
+from warp_softbody.linear.preconditioner import Preconditioner
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """What a step on a straight path leaves behind.
+
+    Attributes:
+        right: (n,) vec3 N s, known impulses, without contact, at the step's start.
+        outer_impulses: (n,) vec3 N s, of the forces from outside, without gravity.
+        change: (n,) vec3 m/s, what the step adds to the velocities.
+        found: numbers of the pairs that there are, and how many; None where there are none.
+        groups: (bodies,) int, under which bodies had their momenta balanced.
+        relinearise: launches the matrix and ``right`` at other positions, for the next iterate of
+            velocities ``before + change``; called with (positions, before, change).
+    """
+
+    right: Any
+    outer_impulses: Any
+    change: Any
+    found: list[Any] | None
+    groups: Any
+    relinearise: Callable[[Any, Any, Any], None]
+
+
+class Turning:
+    """Replaces the straight path of bodies that turn fast, and that nothing touches, by an arc.
+
+    What touches what is known at the end of a step alone, so that its last solve is repeated for
+    such bodies in their frames, with all other bodies held; where there are none, a sum over the
+    nodes of each body that nothing touches is all that it costs (docs/method.md section 1).
+    """
+
+    def __init__(
+        self, model: Model, solver: ConjugateGradients, preconditioner: Preconditioner
+    ) -> None:
+        """Work arrays for the bodies of a model."""
+        n, vec3 = model.node_count, model.types.vec3
+        bodies = len(model.scene.parts)
+        self._model = model
+        self._solver = solver
+        self._preconditioner = preconditioner
+        self._kernels = make_turning(model.options.precision)
+        factors = np.array([part.stiffness_factor for part in model.materials])
+        self._stiffness_factors = model.array(factors, wp.float64)
+        groups = np.arange(bodies, dtype=np.int32)
+        self._groups = model.array(groups, wp.int32)
+        self._turning, self._loose = (model.zeros(bodies, wp.int32) for _ in range(2))
+        self._shares = model.zeros(bodies, wp.float64)
+        vectors = (model.zeros(bodies, wp.vec3d) for _ in range(9))
+        self._centers, self._drifts, self._momenta, self._torques = itertools.islice(vectors, 4)
+        self._rates, self._spins, self._spares, self._eulers, self._answers = vectors
+        self._inertias = model.zeros(bodies, wp.mat33d)
+        self._any = model.zeros(1, wp.int32)
+        self._planned = False
+        self._counted = model.array([1.0], wp.float64)
+        # without pairs there are none, which kernels see
+        self._pushes = model.zeros(n, vec3) if model.scene.has_pairs else None
+        self._kinds = model.zeros(n, wp.int32)
+        self._loads, self._loaded = model.zeros(n, vec3), model.zeros(n, vec3)
+        again = n if model.options.newton_iterations > 1 else 0
+        self._placed, self._still = model.zeros(again, vec3), model.zeros(again, vec3)
+
+    def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._model.options.device
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+
+    def follow_plan(self, planned: bool) -> None:
+        """Note whether the steps to come are planned; not to be captured."""
+        if planned != self._planned:
+            self._planned = planned
+            self._counted.assign([PLANNED_SHARE if planned else 1.0])
+
+    def launch(self, state: State, contacts: Contacts, after: State, flown: Flown) -> None:
+        """Launch the end of a step, whose straight path stands in ``after``."""
+        self._find(state, contacts, flown)
+        wp.capture_if(self._any, lambda: self._turn(state, contacts, after, flown))
+
+    def _find(self, state: State, contacts: Contacts, flown: Flown) -> None:
+        """Launch which bodies turn."""
+        a, k, bodies = self._model.arrays, self._kernels, len(self._shares)
+        if flown.found is not None and contacts.pairs is not None:
+            pairs, inputs = contacts.pairs, [a.step.body_start, *flown.found, contacts.pairs.nodes]
+            joined = [*inputs, pairs.impulses, flown.groups]
+            self._launch(k.join_pushed, 1, joined, [self._groups])
+            inputs += [pairs.weights, pairs.impulses]
+            self._launch(k.spread_impulses, bodies, inputs, [self._pushes])
+        inputs = [a.step.body_start, a.masses.mass, self._stiffness_factors]
+        inputs += [self._counted, self._solver.kinds]
+        inputs += [state.positions, state.velocities, flown.outer_impulses, self._pushes]
+        outputs = [self._loose, self._shares, self._centers, self._drifts]
+        outputs += [self._momenta, self._torques, self._inertias]
+        self._launch(k.find_spins, bodies, inputs, outputs)
+        inputs = [self._groups, self._loose, self._shares]
+        self._launch(k.choose_bodies, 1, inputs, [self._turning, self._any, self._solver.counters])
+
+    def _enter(self, state: State, flown: Flown) -> None:
+        """Launch the way into the frames: velocities in them, and their loads."""
+        m, a, k, solver = self._model, self._model.arrays, self._kernels, self._solver
+        inputs = [a.step.body_start, a.masses.mass, a.step.factors]
+        inputs += [self._turning, self._centers, self._drifts]
+        known = [self._momenta, self._torques, self._inertias, state.positions, state.velocities]
+        frames = [self._rates, self._spins, self._spares, self._eulers, self._answers]
+        self._launch(k.find_frames, len(self._shares), [*inputs, *known], frames)
+        inputs += [*frames, state.positions, state.velocities, self._pushes]
+        outputs = [solver.kinds, solver.before, solver.start, flown.change, self._loads]
+        self._launch(k.enter_frames, m.node_count, inputs, outputs)
+
+    def _turn(self, state: State, contacts: Contacts, after: State, flown: Flown) -> None:
+        """Launch the solve in the frames, and the way out of them."""
+        m, a, k, solver = self._model, self._model.arrays, self._kernels, self._solver
+        before, change = solver.before, flown.change
+        wp.copy(self._kinds, solver.kinds)
+        self._enter(state, flown)
+        if m.options.newton_iterations > 1:
+            flown.relinearise(state.positions, self._still, self._still)
+        self._solve(contacts, flown)
+        for _ in range(m.options.newton_iterations - 1):
+            inputs = [a.step.factors, state.positions, before, change]
+            self._launch(k.place, m.node_count, inputs, [self._placed])
+            flown.relinearise(self._placed, before, change)
+            self._solve(contacts, flown)
+        inputs = [
+            a.step.body_start,
+            a.masses.mass,
+            a.masses.damped_mass,
+            a.step.gravity,
+            a.step.factors,
+        ]
+        inputs += [self._turning, self._groups, self._shares, self._centers, self._drifts]
+        inputs += [self._momenta, self._torques, self._inertias, self._rates]
+        inputs += [state.positions, state.velocities, flown.outer_impulses, self._pushes]
+        inputs += [state.carry]
+        outputs = [before, change, after.positions, after.velocities, after.increments, after.carry]
+        self._launch(k.leave_frames, len(self._shares), inputs, outputs)
+        wp.copy(solver.kinds, self._kinds)
+
+    def _solve(self, contacts: Contacts, flown: Flown) -> None:
+        """Launch one solve for the velocities in the frames."""
+        solver, inputs = self._solver, [flown.right, self._loads]
+        self._launch(self._kernels.add_loads, self._model.node_count, inputs, [self._loaded])
+        solver.set_target(self._loaded)
+        self._preconditioner.prepare(Freedom(solver.kinds, solver.axes, contacts.slip_stiffness))
+        solver.solve(self._loaded, contacts.slip_stiffness, flown.change, first=True)
