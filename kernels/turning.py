@@ -48,9 +48,6 @@ def make_turning(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, vec4 = types.scalar, types.vec3, types.vec4
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    free = wp.constant(int(VelocityConstraint.NONE))
-    fixed = wp.constant(int(VelocityConstraint.FIXED))
-    loose_solve = wp.constant(int(Counter.LOOSE))
     axis_stages, axis_iterations = wp.constant(AXIS_STAGES), wp.constant(AXIS_ITERATIONS)
     most_angle = wp.constant(wp.float64(MOST_ANGLE))
     vec3d, mat33d = wp.vec3d, wp.mat33d
@@ -244,7 +241,7 @@ def make_turning(precision: str) -> SimpleNamespace:
         first = body_start[body]
         last = body_start[body + 1]
         for i in range(first, last):
-            if kinds[i] != free:
+            if kinds[i] != VelocityConstraint.NONE:
                 return
         center, drift, momentum, moments = spin_of(first, last, masses, positions, velocities)
         torque = vec3d()
@@ -286,7 +283,7 @@ def make_turning(precision: str) -> SimpleNamespace:
         if any_turning[0] == 0:
             return
         # a last solve, and no search for modes
-        counters[loose_solve] = 0
+        counters[Counter.LOOSE] = 0
         for body in range(count):
             for other in range(count):
                 if groups[other] == groups[body] and shares[other] > zero:
@@ -371,7 +368,7 @@ def make_turning(precision: str) -> SimpleNamespace:
         body = body_of(i, body_start)
         loads[i] = vec3()
         if turning[body] == 0:
-            kinds[i] = fixed
+            kinds[i] = VelocityConstraint.FIXED
             return
         dt = wp.float64(step_factors[0])
         rate = rates[body]
@@ -384,7 +381,7 @@ def make_turning(precision: str) -> SimpleNamespace:
         strength = one / (one + square * square)
         load = (-strength * dt) * wp.cross(rate, wp.cross(rate, arm))
         load += wp.cross(strength * eulers[body] + answers[body], arm)
-        kinds[i] = free
+        kinds[i] = VelocityConstraint.NONE
         before[i] = narrow(drifts[body] + own)
         start[i] = vec3()
         change[i] = vec3()

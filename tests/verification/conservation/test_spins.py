@@ -10,9 +10,8 @@ import pytest
 
 from tests.support.bodies import EXACT, Rig, Vector, box, muscular_bar, rig
 from tests.verification.accuracy import energy
-from tests.verification.conservation.flight import MOST
-from tests.verification.conservation.test_collisions import NO_GRAVITY, cube
-from tests.verification.conservation.test_free_flight import PRECISIONS
+from tests.verification.conservation.cubes import NO_GRAVITY, cube
+from tests.verification.conservation.flight import MOST, PRECISIONS
 from warp_softbody import (
     Body,
     Material,
