@@ -176,6 +176,17 @@ def test_activations_that_are_not_finite(monkeypatch: pytest.MonkeyPatch) -> Non
     assert simulation.summary().status == "not finite"
 
 
+def test_numbers_that_single_precision_cannot_hold_stop_the_run() -> None:
+    """A stiffness of 1e20 Pa, whose squares are beyond float32."""
+    stiff = replace(muscled(), material=wsb.Material(young_modulus=1e20))
+    simulation = wsb.Simulation(
+        replace(scene(), character=stiff), options=wsb.SimulationOptions(precision="float32")
+    )
+    with pytest.raises(NotFiniteError, match=r"numbers stopped being finite at step 0 .*; try a"):
+        simulation.step()
+    assert simulation.summary().status == "not finite"
+
+
 def test_a_class_is_no_controller() -> None:
     with pytest.raises(InputError, match=r"not the class Balance: make one of it by Balance\("):
         wsb.Simulation(scene(), Balance)  # type: ignore[arg-type]
