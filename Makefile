@@ -3,6 +3,7 @@
 #   make test       lints, type-checks and runs every test but the long ones, on all cores;
 #                   prints which lines of Python they reach
 #   make test-long  the long ones
+#   make docs       builds the pages and the API reference as a site in out/site
 #   make charts     charts error over cost of the scenes into docs/frontier (an hour on two cores),
 #                   stores the settings that `run --error` uses, and brings the tables of
 #                   docs/frontier.md up to date; stopped, it goes on where it was
@@ -25,7 +26,7 @@ export OPENBLAS_NUM_THREADS := 1
 JOBS ?= auto
 PARALLEL := -n $(JOBS) --maxprocesses 8 --dist worksteal
 
-.PHONY: demo test test-long charts clean
+.PHONY: demo test test-long docs charts clean
 
 demo: $(VENV)/.demo
 	mkdir -p $(OUT)
@@ -43,6 +44,10 @@ test: $(VENV)/.dev
 
 test-long: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -m long
+
+docs: $(VENV)/.docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "The site    $(CURDIR)/$(OUT)/site/index.html"
 
 # A scene that fails is passed over; the rest is made and told before make fails.
 charts: $(VENV)/.charts
@@ -65,6 +70,10 @@ $(VENV)/.demo: pyproject.toml | $(BIN)/python
 
 $(VENV)/.charts: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[charts,bench]"
+	touch $@
+
+$(VENV)/.docs: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
 	touch $@
 
 $(VENV)/.dev: pyproject.toml | $(BIN)/python

@@ -1,0 +1,34 @@
+"""Pages of the documentation, their blocks of code and the commands that they tell."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+STARTS = ("warp-softbody ", "python -m ", "make ", "pip install ")
+
+
+def python_blocks(text: str) -> list[str]:
+    """The blocks of a page that are marked as Python, in their order."""
+    return [code for language, code in FENCE.findall(text) if language == "python"]
+
+
+def commands(text: str) -> list[list[str]]:
+    """The words of each command on a page: in console blocks, indented blocks and inline code."""
+    lines = [
+        line
+        for language, code in FENCE.findall(text)
+        if language == "console"
+        for line in code.splitlines()
+    ]
+    rest = FENCE.sub("", text)
+    lines += re.findall(r"^    (.*)$", rest, re.MULTILINE)
+    lines += re.findall(r"(?<!`)`([^`\n]+)`(?!`)", rest)
+    told = [line.split(" #")[0].strip() for line in lines]
+    return [
+        shlex.split(line.replace("[--json]", "--json")) for line in told if line.startswith(STARTS)
+    ]
