@@ -5,18 +5,17 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
+from tests.support.processes import start_python
 from warp_softbody.accuracy.runs import dask_cluster
 from warp_softbody.accuracy.runs.dask_cluster import Watched
 from warp_softbody.errors import SoftBodyError
 
-ROOT = Path(__file__).parents[2]
 SWEEP = """
 import multiprocessing, os, sys, time
 from pathlib import Path
@@ -48,13 +47,7 @@ def test_workers_end_with_their_parent(tmp_path: Path, name: str) -> None:
     script, busy = tmp_path / "sweep.py", tmp_path / "busy"
     script.write_text(SWEEP)
     busy.mkdir()
-    process = subprocess.Popen(
-        [sys.executable, str(script), str(busy)],
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
-    )
+    process = start_python(script, busy, stderr=subprocess.PIPE, new_session=True)
     deadline = time.monotonic() + 60.0
     while len(list(busy.iterdir())) < 2:
         assert time.monotonic() < deadline and process.poll() is None

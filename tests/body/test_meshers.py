@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -19,6 +18,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
+from tests.support.processes import start_python
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.meshing import load_surface
@@ -225,10 +225,8 @@ def test_whoever_ends_the_caller_ends_the_mesher(tmp_path: Path, number: signal.
     trimesh.creation.box((1.0, 1.0, 3e-3)).export(surface)
     spare = tmp_path / "spare"
     spare.mkdir()
-    command = [sys.executable, "-m", "warp_softbody", "mesh", str(surface)]
-    caller = subprocess.Popen(
-        [*command, "-o", str(tmp_path / "plate.vtu")], env={**os.environ, "TMPDIR": str(spare)}
-    )
+    command = ("-m", "warp_softbody", "mesh", surface, "-o", tmp_path / "plate.vtu")
+    caller = start_python(*command, environment={"TMPDIR": str(spare)})
     wait_until(lambda: bool(list(spare.iterdir())))
     caller.send_signal(number)
     killed = number == signal.SIGKILL

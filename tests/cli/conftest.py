@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
 
+from tests.support.processes import start_python
 from warp_softbody.cli import main
-
-ROOT = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True)
@@ -46,14 +42,8 @@ def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
     started = []
 
     def run(*arguments: object) -> subprocess.Popen[str]:
-        path = os.pathsep.join([str(ROOT), *sys.path])
-        process = subprocess.Popen(
-            [sys.executable, "-m", "warp_softbody", *map(str, arguments)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "PYTHONPATH": path},
-        )
+        pipe = subprocess.PIPE
+        process = start_python("-m", "warp_softbody", *arguments, stdout=pipe, stderr=pipe)
         started.append(process)
         return process
 
