@@ -15,7 +15,7 @@ from warp_softbody.controllers.patches import Patch
 from warp_softbody.controllers.perturbation_schedule import KickRule
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
-from warp_softbody.controllers.qpcc.result import QPCCResult, QPCCStatus
+from warp_softbody.controllers.qpcc.result import QPCCResult
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem
 from warp_softbody.errors import InputError
@@ -25,9 +25,6 @@ from warp_softbody.world.view import BodyView
 
 SHORTEST = 0.5
 """Smallest activation l_d / l_0 (docs/method.md section 2)."""
-
-UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
-"""Endings that leave the activations as they were for a step."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,7 +160,7 @@ class Driver:
         qpcc = build_qpcc(goals, problem, activations, view.time_step, cone=self._cone)
         start = self._start(goals.patches)
         result = self._solve(qpcc, activations, goals.patches, start)
-        usable = result.status not in UNUSABLE
+        usable = result.status.usable
         left_out = self._rule.note(start, result, usable)
         self._modes = result.modes if usable else None
         self._parts = tuple(patch.part for patch in goals.patches)

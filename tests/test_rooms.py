@@ -62,8 +62,6 @@ KNOWN_IMPORTS = {
     ("kernels.contact.active_set", "numpy"),
     ("kernels.contact.pair_active_set", "numpy"),
 }
-# Class names that stand twice: in the controllers and in the engine.
-KNOWN_TWICE = {"Elimination", "Shapes"}
 
 FILES = module_files()
 IMPORTS = {
@@ -140,9 +138,7 @@ def test_each_class_has_a_name_of_its_own() -> None:
             for node in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                     homes[node.name].append(module)
-    twice = {name: places for name, places in homes.items() if len(places) > 1}
-    assert {n: p for n, p in twice.items() if n not in KNOWN_TWICE} == {}
-    assert KNOWN_TWICE - set(twice) == set()
+    assert {name: places for name, places in homes.items() if len(places) > 1} == {}
 
 
 def test_the_docs_show_the_same_rooms() -> None:

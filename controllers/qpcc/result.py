@@ -1,4 +1,4 @@
-"""What the QPCC solver is asked for and what it hands back."""
+"""Options, statuses and results of the QPCC solver."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from enum import Enum
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.contact_mode import ContactMode
-from warp_softbody.controllers.qpcc.contact.mode_table import contact_mode
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import Value
 
 
 class QPCCStatus(Enum):
-    """What is known of the returned point; each value claims no more than it says."""
+    """What is known of the returned point; no status claims more than its sentence."""
 
     GLOBAL = "least objective over every combination of modes"
     STRONGLY_STATIONARY = "local minimum: no piece that touches the point offers descent"
@@ -27,6 +26,11 @@ class QPCCStatus(Enum):
     INFEASIBLE = "no consistent point exists; the point is not usable"
     UNBOUNDED = "the objective falls without end along a ray from the point"
 
+    @property
+    def usable(self) -> bool:
+        """Whether the result has a point that may be used."""
+        return self not in (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
+
     @classmethod
     def _missing_(cls, value: object) -> QPCCStatus:
         """Refuse a value of none of them."""
@@ -35,21 +39,20 @@ class QPCCStatus(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class SolverOptions:
-    """How much work one solve may do.
+    """How much work one solve may do, and to what accuracy.
 
     Attributes:
-        max_qps: QPs in one solve, >= 1.
-        kicks: how often a local minimum is left by forcing one contact into another mode;
-            each costs one to three QPs.
+        max_qps: most QPs in one solve, >= 1.
+        kicks: most perturbations of a local minimum, in each of which one contact or pair is forced
+            into another mode or to its other side; each costs one to three QPs.
         patience: kicks in a row without a better minimum after which no more are tried.
-        reach: contact form: how far above the best value, in shares of its size, a kick's first QP
-            may end; beyond it the kick is given up, often before the QP is solved.
-        kick_held: whether kicks are tried where a start's own modes are the best minimum without.
-        starts: how many penalty runs from other points follow the first one, where no start is
-            given; none of them with a warm start.
-        time_limit: s; checked between QPs, so one QP may run over.
-        tolerance: largest scaled complementarity residual that counts as consistent.
-        qp_tolerance: accuracy asked of each QP in scaled units.
+        reach: contact form: how far above the best value, relative to it, the first QP of a kick
+            may end; beyond that the kick is given up, often before the QP is solved.
+        kick_held: whether kicks are tried where the best minimum has the modes of the start.
+        starts: penalty runs from other points after the first one, where no start is given.
+        time_limit: s; checked between QPs, so that one QP may run over.
+        tolerance: largest scaled complementarity residual of a consistent point.
+        qp_tolerance: scaled tolerance of each QP.
     """
 
     max_qps: int = 40
@@ -76,19 +79,19 @@ class SolverOptions:
 
 
 WARM_OPTIONS = SolverOptions(patience=1, reach=1.0)
-"""What a solve with a start may spend where nothing is said: mostly one kick that fails. Patience
-of 3 without a limit of reach costs twice as much and gains a tenth of a percent (docs/qpcc.md)."""
+"""The default of a solve with a start: mostly one kick that fails. Patience of 3 without a limit of
+reach costs twice as much and gains a tenth of a percent (docs/qpcc.md)."""
 
 COLD_OPTIONS = SolverOptions(max_qps=600, kicks=150, patience=150, starts=8)
-"""What a solve without a start may spend where nothing is said."""
+"""The default of a solve without a start."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class GeneralMultipliers(Value):
     """``Qx + c = A'equalities - G'inequalities + lower - upper + L'left + R'right``.
 
-    ``inequalities``, ``lower`` and ``upper`` are nonnegative, and so are ``left`` and ``right``
-    where that side of the pair is positive elsewhere in the piece; of a zero side the sign is free.
+    ``inequalities``, ``lower`` and ``upper`` are nonnegative, and so is the multiplier of that side
+    of a pair that only has to be nonnegative on the piece; that of the zero side has any sign.
     """
 
     equalities: FloatArray
@@ -101,13 +104,12 @@ class GeneralMultipliers(Value):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ContactMultipliers(Value):
-    """Slopes of the objective as a contact's (impulse, velocity) is shifted off the physics.
+    """Derivatives of the objective as (impulse, velocity) of a contact is shifted in its law.
 
     Attributes:
         force: (K, 3), per N s.
         velocity: (K, 3), per m/s.
-        controls: (nu,), what is left of the gradient: >= 0 at lower bounds, <= 0 at upper ones,
-            zero between.
+        controls: (nu,), of the bounds: >= 0 at lower bounds, <= 0 at upper ones, zero between.
     """
 
     force: FloatArray
@@ -117,22 +119,22 @@ class ContactMultipliers(Value):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class GeneralResult(Value):
-    """The point found, with residuals computed afresh from the full form of the problem.
+    """The point found, with residuals computed anew from the problem with all pairs written out.
 
     Attributes:
-        x: the point; of a contact problem that of its general form (``full_form.to_full``).
-        modes: piece of every pair (0: left side zero, 1: right side zero) or contact (pieces.py);
-            pass it as ``start`` of the next solve.
+        x: the point; of a contact problem that of its general form (``to_full``).
+        modes: the zero side of every pair (0 left, 1 right), or the mode of every contact
+            (``contact.mode_table``); to be passed as ``start`` of the next solve.
         objective: at the point.
-        complementarity: scaled, largest ``|min(left, right)|`` over all pairs.
+        complementarity: largest scaled ``|min(left, right)|`` over all pairs.
         feasibility: largest violation of a bound, scaled equation or inequality.
-        stationarity: scaled gradient of the Lagrangian of the point's piece, wrong signs of
-            multipliers included; nan where no QP gave the point.
-        multipliers: of the point's piece; None where no QP gave the point.
+        stationarity: scaled KKT residual on the point's piece, with wrong signs of multipliers;
+            nan where no QP gave the point.
+        multipliers: on the point's piece; None where no QP gave the point.
         qp_count: QPs solved, the infeasible ones included.
-        seconds: wall time.
+        seconds: wall time of the solve.
         status: what is known of the point.
-        message: one sentence for people.
+        message: status and residual in a sentence.
     """
 
     x: FloatArray
@@ -150,7 +152,7 @@ class GeneralResult(Value):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class QPCCResult(GeneralResult):
-    """The same for the contact form.
+    """The result for the contact form.
 
     Attributes:
         controls: (nu,), inside their bounds.
@@ -164,5 +166,5 @@ class QPCCResult(GeneralResult):
 
     @property
     def contact_modes(self) -> tuple[ContactMode, ...]:
-        """Lift, stick or slide per contact."""
-        return tuple(contact_mode(mode) for mode in self.modes)
+        """Lift, stick or slide of every contact; all modes from the first slide on are sliding."""
+        return tuple(ContactMode(min(mode, ContactMode.SLIDE)) for mode in self.modes)

@@ -15,8 +15,8 @@ from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.contact_mode import ContactMode
 from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qpcc.contact.complementarity_form import to_general
-from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
 from warp_softbody.controllers.qpcc.result import QPCCStatus
 from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc
@@ -129,9 +129,9 @@ def test_the_forward_problem_has_a_point_at_any_controls(seed: int) -> None:
     rng = np.random.default_rng(seed)
     turned = np.array([np.roll(BACKWARD, shift) for shift in rng.integers(8, size=6)])
     problem = replace(soft_body(seed, contacts=6, controls=6), factors=turned)
-    reduced = ReducedProblem(problem, PIQPSolver())
-    for controls in reduced.lower + (reduced.upper - reduced.lower) * rng.random((5, 6)):
-        found = forward_contact(reduced, controls)
+    scaled = ScaledContactQPCC(problem, PIQPSolver())
+    for controls in scaled.lower + (scaled.upper - scaled.lower) * rng.random((5, 6)):
+        found = forward_contact(scaled, controls)
         assert found is not None
-        violation = reduced.table.violation(reduced.points_at(controls, found[1]))
+        violation = scaled.table.violation(scaled.points_at(controls, found[1]))
         assert violation.min(axis=1).max() < 1e-7

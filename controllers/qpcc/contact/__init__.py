@@ -1,1 +1,1 @@
-"""The contact QPCC of one control step."""
+"""The contact form of a QPCC: one QP for each choice of contact modes, and a search over these."""

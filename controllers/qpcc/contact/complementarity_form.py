@@ -1,4 +1,6 @@
-"""The QPCC with every complementarity pair written out, for checks apart from the pieces.
+"""A contact problem with every complementarity pair written out, as a QPCC in general form.
+
+Residuals are checked on it, apart from contact modes and their cones.
 
 Variables ``x = (u, per contact: f_n, beta_1..beta_m, lam)``; pairs ``0 <= L x + l0 _|_ R x + r0
 >= 0`` in the order (f_n, w_n), (beta_j, d_j . w_t + lam), (lam, mu f_n - sum_j beta_j) of
@@ -25,7 +27,7 @@ IntArray = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class FullForm(Value):
-    """General QPCC arrays; names as in the literature (and in stored test instances).
+    """The arrays of a general QPCC, named as in the literature, with the scales of its pairs.
 
     Attributes:
         Q: (n, n) with n = nu + K (m + 2).
@@ -61,7 +63,7 @@ class FullForm(Value):
 
 
 def force_map(problem: ContactQPCC) -> FloatArray:
-    """(nu + 3K, nu + K (m + 2)): z = map @ x, that is ``f_t = sum_j S_j beta_j d_j``."""
+    """The map (nu + 3K, nu + K (m + 2)) from x to z = (u, f), ``f_t = sum_j S_j beta_j d_j``."""
     nu, k, m = problem.control_count, problem.contact_count, len(problem.directions)
     out = np.zeros((nu + 3 * k, nu + k * (m + 2)))
     out[:nu, :nu] = np.eye(nu)
@@ -75,7 +77,7 @@ def force_map(problem: ContactQPCC) -> FloatArray:
 
 
 def to_full(problem: ContactQPCC) -> FullForm:
-    """Write the problem in the general form."""
+    """The problem in general form, with the scales of its pairs."""
     checks.instance("problem of to_full", problem, ContactQPCC)
     nu, k, m = problem.control_count, problem.contact_count, len(problem.directions)
     to_z = force_map(problem)
@@ -114,7 +116,7 @@ def to_full(problem: ContactQPCC) -> FullForm:
 
 
 def to_general(problem: ContactQPCC, size: FloatArray | None = None) -> QPCC:
-    """Write the problem in the general form, in variables ``x / size``, default its own."""
+    """The problem in general form, over the variables ``x / size``; size (n,) is one by default."""
     checks.instance("problem of to_general", problem, ContactQPCC)
     full = to_full(problem)
     size = np.ones_like(full.c) if size is None else size
@@ -150,13 +152,16 @@ def full_point(problem: ContactQPCC, controls: FloatArray, forces: FloatArray) -
 
 
 def complementarity(problem: ContactQPCC, controls: FloatArray, forces: FloatArray) -> float:
-    """Scaled residual of every pair, as ``to_full(..).complementarity(full_point(..))``, faster."""
+    """The largest scaled residual of a pair, as ``to_full(..).complementarity(full_point(..))``.
+
+    It takes less time: no matrix is put together.
+    """
     velocities = problem.velocity(controls, forces)
-    return residual(problem, full_point(problem, controls, forces), velocities)
+    return scaled_residual(problem, full_point(problem, controls, forces), velocities)
 
 
-def residual(problem: ContactQPCC, x: FloatArray, velocities: FloatArray) -> float:
-    """The same of a point ``x`` of the full form whose contact velocities (K, 3) are known."""
+def scaled_residual(problem: ContactQPCC, x: FloatArray, velocities: FloatArray) -> float:
+    """The same for a point ``x`` of the full form whose contact velocities (K, 3) are known."""
     speed, impulse = problem.scales
     blocks = x[problem.control_count :]
     blocks = blocks.reshape(problem.contact_count, len(problem.directions) + 2)
@@ -168,8 +173,8 @@ def residual(problem: ContactQPCC, x: FloatArray, velocities: FloatArray) -> flo
     return float(np.abs(np.minimum(left, right)).max(initial=0.0))
 
 
-class _Spans(NamedTuple):
-    """All P pairs of directions.
+class _DirectionPairs(NamedTuple):
+    """All P pairs of tangent directions.
 
     ``inverse`` (2P, 2) gives the two coefficients of a tangent vector, first those of every pair's
     first direction; ``usable`` (P,) are the pairs that span the plane, ``neighbours`` (P,) those of
@@ -184,7 +189,7 @@ class _Spans(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def _spans(directions: bytes) -> _Spans:
+def _direction_pairs(directions: bytes) -> _DirectionPairs:
     plane = np.frombuffer(directions).reshape(-1, 2)
     count = len(plane)
     first, second = np.triu_indices(count, 1)
@@ -196,7 +201,7 @@ def _spans(directions: bytes) -> _Spans:
     inverse = inverse.reshape(-1, 2, 2).swapaxes(0, 1).reshape(-1, 2)
     apart = second - first
     beside = usable & ((apart == 1) | (apart == count - 1))
-    return _Spans(first, second, inverse, usable, beside)
+    return _DirectionPairs(first, second, inverse, usable, beside)
 
 
 def _split_tangents(
@@ -208,17 +213,17 @@ def _split_tangents(
     with unequal S some directions lie inside the hull of the others.
     """
     contacts, count = scale.shape
-    spans = _spans(directions.tobytes())
-    betas = (tangents @ spans.inverse.T).reshape(contacts, 2, len(spans.first))
-    betas[:, 0] /= scale[:, spans.first]
-    betas[:, 1] /= scale[:, spans.second]
+    pairs = _direction_pairs(directions.tobytes())
+    betas = (tangents @ pairs.inverse.T).reshape(contacts, 2, len(pairs.first))
+    betas[:, 0] /= scale[:, pairs.first]
+    betas[:, 1] /= scale[:, pairs.second]
     sizes = np.abs(betas)
     deficit = (sizes - betas).max(axis=1) * 0.5
     slack = 1e-12 * (1.0 + np.abs(tangents).sum(axis=1, keepdims=True))
     cost = np.where(deficit <= slack, 0.0, 1e6 * deficit) + sizes.sum(axis=1)
-    usable = np.where(neighbours[:, None], spans.neighbours, spans.usable)
+    usable = np.where(neighbours[:, None], pairs.neighbours, pairs.usable)
     best = np.where(usable, cost, np.inf).argmin(axis=1)
     each, beta = np.arange(contacts), np.zeros((contacts, count))
-    beta[each, spans.first[best]] = betas[each, 0, best]
-    beta[each, spans.second[best]] = betas[each, 1, best]
+    beta[each, pairs.first[best]] = betas[each, 0, best]
+    beta[each, pairs.second[best]] = betas[each, 1, best]
     return beta

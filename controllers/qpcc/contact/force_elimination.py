@@ -1,238 +1,242 @@
-"""One QP per choice of contact modes, contact forces eliminated (docs/method.md section 5).
+"""The elimination of the contact forces for one choice of contact modes.
 
-With the piece of every contact fixed, forces are ``f = E y`` and ``T w = 0``: one small square
-system ``(T Wf E) y = -T (w0 + Wu u)`` makes them affine in the controls, and the QP that is left
-has only the controls as variables. Where that system is singular (redundant contacts) the QP
-keeps y as variables and the system as equations instead, which is exact, only slower.
-
-Everything here is scaled: controls by their range, forces and velocities by
-``ContactQPCC.scales``, the objective by its largest curvature, so that one tolerance serves every
-row.
+With a mode for every contact the forces are ``f = E y`` with amplitudes y, and the velocities obey
+``T w = 0``: the square system ``(T Wf E) y = -T (w0 + Wu u)`` makes the forces affine in the
+controls. Blocks that depend on the mode of one contact only are computed once a problem and put
+together for every choice of modes.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import lapack
 
-from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.problem import QPProblem, QPSolver, QPStatus, polish
-from warp_softbody.controllers.qpcc.contact.mode_blocks import (
-    ContactMaps,
-    Elimination,
-    Pieces,
-    contradicts,
-    definite,
-    eliminate,
-)
-from warp_softbody.controllers.qpcc.contact.mode_qp import Node, Origin
-from warp_softbody.controllers.qpcc.contact.mode_table import PieceTable, piece_table
-from warp_softbody.controllers.qpcc.contact.objective import Eliminated, scaled_quadratic
-from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
+from warp_softbody.arrays import BoolArray, FloatArray
+from warp_softbody.controllers.qp.problem import FAR
+from warp_softbody.controllers.qpcc.contact.mode_table import ModeTable
 
-AT_BOUND = 1e-9
-"""Scaled distance within which a control is at its bound."""
+SINGULAR = 1e-10
+"""Reciprocal condition number of T Wf E below which the forces are not eliminated."""
 
+GROWTH = 1e8
+"""Scaled force per unit of control above which the forces are not eliminated either."""
 
-CONSISTENT = 1e-8
-"""Scaled residual of rows above which redundant contacts have no common point."""
+INCONSISTENT = 1e-7
+"""Scaled velocity by which redundant contacts disagree that makes them inconsistent: spread over a
+hundred rows it still misses the default tolerance."""
+
+NOISE = 1e-6
+"""Relative size of a zero after rounding in single precision."""
 
 
-class ReducedProblem:
-    """A problem scaled once, from which the QP of any modes is built in a few matrix products."""
+@dataclass(frozen=True)
+class ModeSystem:
+    """The conditions of one choice of modes, with p force amplitudes.
 
-    def __init__(self, problem: ContactQPCC, qp_solver: QPSolver) -> None:
-        """Scale the problem and look up its pieces."""
-        self.problem = problem
-        self.qp_solver = qp_solver
-        self.qp_count = 0
-        self.table: PieceTable = piece_table(problem)
-        nu, k = problem.control_count, problem.contact_count
-        half = 0.5 * (problem.upper - problem.lower)
-        self.control_scale = np.where(np.isfinite(half) & (half > 0.0), half, 1.0)
-        self.speed, self.impulse = problem.scales
-        scale = np.concatenate([self.control_scale, np.full(3 * k, self.impulse)])
-        self.objective, self.value_scale = scaled_quadratic(problem, scale)
-        self.lower = problem.lower / self.control_scale
-        self.upper = problem.upper / self.control_scale
-        # Column 0 is the constant, columns 1.. the controls: every affine map here has this shape.
-        self.free = np.empty((3 * k, nu + 1))
-        self.free[:, 0] = problem.velocity_offset / self.speed
-        self.free[:, 1:] = problem.velocity_from_controls * (self.control_scale / self.speed)
-        self.mobility = problem.velocity_from_forces * (self.impulse / self.speed)
-        self._maps = ContactMaps(self.table, self.free, self.mobility, self.objective.outputs)
-        self._well_posed = definite(self.mobility)
-        self._no_rows, self._no_sides = np.zeros((0, nu)), np.zeros(0)
+    Attributes:
+        velocity_constraints: (p, 1 + nu + 6K), side by side T times the affine map of the velocity
+            without forces, T times Wf, and T.
+        force_response: (p, 9K + m), what a unit of each amplitude adds to ``ContactMaps.base``.
+        inequalities: (K, r, 6), rows on (f, w) of every contact, >= 0, padded.
+        inequality_used: (K r,), false for the padding.
+    """
 
-    def solve(self, modes: tuple[int, ...], limit: float = math.inf) -> Node | None:
-        """Minimise over these modes; None where they are infeasible or the QP was not solved.
+    velocity_constraints: FloatArray
+    force_response: FloatArray
+    inequalities: FloatArray
+    inequality_used: BoolArray
 
-        None too where no value is as low as ``limit``, if that shows early.
-        """
-        pieces = self._maps.gather(modes)
-        elimination = eliminate(pieces, self._maps, self._well_posed)
-        if elimination is None:
-            return self._solve_kept(modes, pieces)
-        return self._solve_reduced(modes, pieces, elimination, limit)
+    @property
+    def force_basis(self) -> FloatArray:
+        """E transposed, (p, 3K): the forces are f = E y."""
+        return self.force_response[:, : 3 * len(self.inequalities)]
 
-    def forces_at(self, modes: tuple[int, ...], controls: FloatArray) -> FloatArray | None:
-        """(3K,) scaled forces of these modes at fixed scaled controls; None if not determined."""
-        found = eliminate(self._maps.gather(modes), self._maps, self._well_posed)
-        return None if found is None else found.affine[:, 0] + found.affine[:, 1:] @ controls
+    def inequality_map(self, points: FloatArray) -> FloatArray:
+        """The inequalities (r, c) as affine maps, from those of every contact's (f, w), (6K, c)."""
+        count, width = len(self.inequalities), points.shape[1]
+        blocks = self.inequalities @ points.reshape(count, 6, width)
+        rows: FloatArray = blocks.reshape(-1, width)
+        return rows[self.inequality_used]
 
-    def points_at(self, controls: FloatArray, force: FloatArray) -> FloatArray:
-        """(K, 6) scaled (f, w) of every contact for scaled controls and forces."""
-        velocity = self.free[:, 0] + self.free[:, 1:] @ controls + self.mobility @ force
-        return np.concatenate([force.reshape(-1, 3), velocity.reshape(-1, 3)], axis=1)
+    def inequality_multipliers(self, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Multipliers (r,) of the inequalities as those of forces and velocities, (3K,) each."""
+        padded = np.zeros(len(self.inequality_used))
+        padded[self.inequality_used] = multipliers
+        count, width = self.inequalities.shape[:2]
+        points = (padded.reshape(count, 1, width) @ self.inequalities).reshape(count, 6)
+        return points[:, :3].reshape(-1), points[:, 3:].reshape(-1)
 
-    def unscale(self, controls: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Controls, inside their bounds, and forces (K, 3) in the problem's units."""
-        own = self.problem
-        u = np.minimum(np.maximum(controls * self.control_scale, own.lower), own.upper)
-        return u, points[:, :3] * self.impulse
 
-    def _solve_reduced(
-        self, modes: tuple[int, ...], pieces: Pieces, elimination: Elimination, limit: float
-    ) -> Node | None:
-        """The QP in the controls only."""
-        objective = self.objective.eliminated(elimination)
-        cutoff = math.inf if limit == math.inf else self._cutoff(objective, limit)
-        if cutoff < 0.0:
-            return None
-        rows = pieces.test(elimination.both)
-        program = QPProblem(
-            P=objective.P,
-            c=objective.c,
-            A=self._no_rows,
-            b=self._no_sides,
-            G=np.ascontiguousarray(rows[:, 1:]),
-            h=-rows[:, 0],
-            lower=self.lower,
-            upper=self.upper,
-            cutoff=cutoff,
-        )
-        self.qp_count += 1
-        solution = self.qp_solver.solve(program)
-        if solution.status is not QPStatus.SOLVED or solution.primal_residual > CONSISTENT:
-            return None
-        return self._reduced_node(modes, Origin(pieces, elimination, program, solution))
+class ContactMaps:
+    """The affine maps of one problem, from which ``ModeSystem`` are put together.
 
-    def _cutoff(self, objective: Eliminated, limit: float) -> float:
-        """From the least value without rows and bounds up to the limit, scaled."""
-        least = objective.least
-        if least is None:
-            return math.inf
-        return (limit - self.problem.constant) / self.value_scale - least
+    The columns of an affine map are the constant, then one for each control.
 
-    def multipliers(self, node: Node) -> tuple[FloatArray, FloatArray, float]:
-        """Slopes (K, 6), what is left of the controls' gradient, and the stationarity residual.
+    Attributes:
+        base: (9K + m, 1 + nu), at zero force: the forces, 3K rows; force and velocity contact by
+            contact, six rows each; the outputs, m rows.
+    """
 
-        Scaled, and computed from the point and its velocity slopes alone: the residual takes in
-        the gradient off its bounds, slopes against the piece's rays, and slopes that do work.
-        """
-        nu, force = len(self.lower), node.points[:, :3].reshape(-1)
-        on_velocity = node.slopes[:, 3:].reshape(-1)
-        z = np.concatenate([node.controls, force])
-        gradient = self.objective.times(z) + self.objective.c
-        slopes = _per_contact(gradient[nu:] - on_velocity @ self.mobility, on_velocity)
-        rest = gradient[:nu] - on_velocity @ self.free[:, 1:]
-        at_lower = node.controls <= self.lower + AT_BOUND
-        at_upper = node.controls >= self.upper - AT_BOUND
-        off = np.where(at_lower, np.minimum(rest, 0.0), rest)
-        off = np.where(at_upper, np.maximum(off, 0.0), off)
-        worst = float(np.abs(off).max(initial=0.0))
-        if len(node.modes):
-            own = self.table.rays[np.arange(len(node.modes)), node.modes] @ slopes[:, :, None]
-            work = np.abs((slopes * node.points).sum(axis=1))
-            worst = max(worst, -float(own.min()), float(work.max()))
-        return slopes, rest, worst
+    def __init__(
+        self, table: ModeTable, free: FloatArray, delassus: FloatArray, outputs: FloatArray
+    ) -> None:
+        """Take w = free (1, u) + delassus f, and further maps, outputs (1, u, f)."""
+        count, width = len(free), free.shape[1]
+        self._table = table
+        self._velocity = np.concatenate([free, delassus, _constants(count)[:, :count]], axis=1)
+        self.base = np.zeros((3 * count + len(outputs), width))
+        by_contact = self.base[count : 3 * count].reshape(count // 3, 6, width)
+        by_contact[:, 3:] = free.reshape(count // 3, 3, width)
+        self.base[3 * count :] = outputs[:, :width]
+        self._by_force = np.concatenate([_constants(count), outputs[:, width:].T], axis=1)
+        by_contact = self._by_force[:, count : 3 * count].reshape(count, count // 3, 6)
+        by_contact[:, :, 3:] = delassus.T.reshape(count, count // 3, 3)
+        self._blocks: dict[tuple[int, int], FloatArray] = {}
 
-    def polish(self, node: Node) -> Node:
-        """The node with its controls to rounding, where its active set is clear."""
-        if node.origin is None:
-            return node
-        solution = polish(node.origin.program, node.origin.solution)
-        if solution is node.origin.solution:
-            return node
-        return self._reduced_node(node.modes, replace(node.origin, solution=solution))
-
-    def _reduced_node(self, modes: tuple[int, ...], origin: Origin) -> Node:
-        solution, both = origin.solution, origin.elimination.both
-        points = (both[:, 0] + both[:, 1:] @ solution.x).reshape(-1, 6)
-        value, gradient = self._value(solution.x, points)
-        return Node(
-            modes=modes,
-            controls=solution.x,
-            points=points,
-            slopes_there=partial(self._reduced_slopes, origin, gradient),
-            value=value,
-            stationarity=solution.dual_residual,
-            origin=origin,
-        )
-
-    def _reduced_slopes(self, origin: Origin, gradient: FloatArray) -> FloatArray:
-        """Slopes of a reduced QP's node; the multipliers of T w = 0 by the transposed system."""
-        pieces, width = origin.pieces, self.free.shape[1]
-        push, pull = pieces.press(origin.solution.multipliers.rows)
-        pressed = gradient - pull @ self.mobility
-        held = origin.elimination.held(pieces.basis @ (pressed - push))
-        back = (held @ pieces.still[:, width:]).reshape(2, -1)
-        return _per_contact(pressed - back[0], pull + back[1])
-
-    def _solve_kept(self, modes: tuple[int, ...], pieces: Pieces) -> Node | None:
-        """The QP in controls and force amplitudes, for singular T Wf E."""
-        nu, k = len(self.lower), len(self.mobility)
-        if contradicts(pieces, k, self.lower, self.upper):
-            return None
-        count = len(pieces.basis)
-        lift = np.zeros((nu + k, nu + count))
-        lift[:nu, :nu] = np.eye(nu)
-        lift[nu:, nu:] = pieces.basis.T
-        held = pieces.still[:, 1 + nu : 1 + nu + k] @ pieces.basis.T
-        both = [self._maps.base[k : 3 * k], pieces.spread[:, k : 3 * k].T]
-        rows = pieces.test(np.concatenate(both, axis=1))
-        free = np.full(count, np.inf)
-        self.qp_count += 1
-        solution = self.qp_solver.solve(
-            QPProblem(
-                P=lift.T @ self.objective.matrix() @ lift,
-                c=lift.T @ self.objective.c,
-                A=np.concatenate([pieces.still[:, 1 : 1 + nu], held], axis=1),
-                b=-pieces.still[:, 0],
-                G=rows[:, 1:],
-                h=-rows[:, 0],
-                lower=np.concatenate([self.lower, -free]),
-                upper=np.concatenate([self.upper, free]),
+    def system(self, modes: tuple[int, ...]) -> ModeSystem:
+        """The conditions of one mode for every contact."""
+        if not modes:
+            return ModeSystem(
+                self._velocity, self._by_force, self._table.inequalities[:, 0], np.zeros(0, bool)
             )
-        )
-        if solution.status is not QPStatus.SOLVED or solution.primal_residual > CONSISTENT:
-            return None
-        controls, force = solution.x[:nu], pieces.basis.T @ solution.x[nu:]
-        points = self.points_at(controls, force)
-        value, gradient = self._value(controls, points)
-        on_velocity = solution.multipliers.equalities @ pieces.still[:, 1 + nu + k :]
-        on_velocity = on_velocity + pieces.press(solution.multipliers.rows)[1]
-        slopes = _per_contact(gradient - on_velocity @ self.mobility, on_velocity)
-        return Node(
-            modes=modes,
-            controls=controls,
-            points=points,
-            slopes_there=lambda: slopes,
-            value=value,
-            stationarity=solution.dual_residual,
+        self._add_blocks([pair for pair in enumerate(modes) if pair not in self._blocks])
+        parts = np.concatenate([self._blocks[pair] for pair in enumerate(modes)])
+        each, chosen, width = np.arange(len(modes)), np.array(modes), self._velocity.shape[1]
+        return ModeSystem(
+            velocity_constraints=parts[:, :width],
+            force_response=parts[:, width:],
+            inequalities=self._table.inequalities[each, chosen],
+            inequality_used=self._table.inequality_used[each, chosen].reshape(-1),
         )
 
-    def _value(self, controls: FloatArray, points: FloatArray) -> tuple[float, FloatArray]:
-        """The objective in the problem's unit, and its scaled slope in the forces, (3K,)."""
-        z = np.concatenate([controls, points[:, :3].reshape(-1)])
-        slope, c = self.objective.times(z), self.objective.c
-        value = (0.5 * float(z @ slope) + float(z @ c)) * self.value_scale + self.problem.constant
-        return value, (slope + c)[len(controls) :]
+    def _add_blocks(self, pairs: list[tuple[int, int]]) -> None:
+        """Compute velocity constraints and force response, side by side, of (contact, mode)."""
+        if not pairs:
+            return
+        contact, mode = np.array(pairs).T
+        width = self._velocity.shape[1]
+        found = np.empty((len(pairs), 3, width + self._by_force.shape[1]))
+        by_contact = self._velocity.reshape(-1, 3, width)
+        np.matmul(
+            self._table.velocity_constraints[contact, mode],
+            by_contact[contact],
+            out=found[:, :, :width],
+        )
+        bases = self._table.force_basis[contact, mode].transpose(0, 2, 1)
+        by_contact = self._by_force.reshape(len(by_contact), 3, -1)
+        np.matmul(bases, by_contact[contact], out=found[:, :, width:])
+        counts = self._table.force_dimensions[contact, mode].tolist()
+        for pair, own, count in zip(pairs, found, counts, strict=True):
+            self._blocks[pair] = own[:count]
 
 
-def _per_contact(on_force: FloatArray, on_velocity: FloatArray) -> FloatArray:
-    """(K, 6) from slopes in all forces and in all velocities."""
-    return np.concatenate([on_force.reshape(-1, 3), on_velocity.reshape(-1, 3)], axis=1)
+@lru_cache(maxsize=64)
+def _constants(count: int) -> FloatArray:
+    """(3K, 9K): the forces, and again among (f, w) contact by contact."""
+    points = np.zeros((count, count // 3, 6))
+    points[np.arange(count), np.arange(count) // 3, np.arange(count) % 3] = 1.0
+    return np.concatenate([np.eye(count), points.reshape(count, 2 * count)], axis=1)
+
+
+@dataclass(frozen=True)
+class ForceElimination:
+    """The affine maps with the forces eliminated, and the LU factors of T Wf E.
+
+    Attributes:
+        maps: (9K + m, 1 + nu), rows as in ``ContactMaps.base``.
+        factors: (p, p), L and U.
+        pivots: (p,), row interchanges.
+        count: 3K.
+    """
+
+    maps: FloatArray
+    factors: FloatArray
+    pivots: FloatArray
+    count: int
+
+    @property
+    def forces(self) -> FloatArray:
+        """(3K, 1 + nu), of the forces."""
+        return self.maps[: self.count]
+
+    @property
+    def points(self) -> FloatArray:
+        """(6K, 1 + nu), of force and velocity contact by contact."""
+        return self.maps[self.count : 3 * self.count]
+
+    @property
+    def outputs(self) -> FloatArray:
+        """(m, 1 + nu), of the outputs."""
+        return self.maps[3 * self.count :]
+
+    def constraint_multipliers(self, slopes: FloatArray) -> FloatArray:
+        """Multipliers (p,) of T w = 0, from derivatives (p,) of the objective in the amplitudes.
+
+        By the transposed system.
+        """
+        if not len(slopes):
+            return slopes
+        solved: FloatArray = lapack.dgetrs(self.factors, self.pivots, slopes, trans=1)[0]
+        return solved
+
+
+def eliminate(system: ModeSystem, maps: ContactMaps, definite: bool) -> ForceElimination | None:
+    """Solve T Wf E y = -T (w0 + Wu u) for all u at once; None where T Wf E is singular.
+
+    Args:
+        system: of the chosen modes.
+        maps: of the problem.
+        definite: whether Wf is positive definite, so that only sliding can make the system
+            singular, which shows in the size of its inverse; else its condition counts.
+    """
+    width, count = maps.base.shape[1], 3 * len(system.inequalities)
+    matrix = system.velocity_constraints[:, width : width + count] @ system.force_basis.T
+    if not len(matrix):
+        return ForceElimination(maps.base, matrix, np.zeros(0), count)
+    factors, pivots, singular = lapack.dgetrf(matrix)
+    if singular:
+        return None
+    norm = float(np.abs(matrix).sum(axis=0).max())
+    condition, _ = lapack.dgecon(factors, norm)
+    if condition * norm * GROWTH < 1.0 or (not definite and condition < SINGULAR):
+        return None
+    rows = system.velocity_constraints[:, :width]
+    amplitudes = np.asarray(lapack.dgetrs(factors, pivots, rows)[0], np.float64)
+    if np.abs(amplitudes).max() > GROWTH:
+        return None
+    return ForceElimination(
+        maps.base - system.force_response.T @ amplitudes, factors, pivots, count
+    )
+
+
+def is_inconsistent(system: ModeSystem, size: int, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether redundant contacts ask of T w = 0 what no controls within the bounds give.
+
+    Args:
+        system: of modes whose T Wf E is singular.
+        size: 3K.
+        lower: (nu,).
+        upper: (nu,).
+    """
+    width = len(lower) + 1
+    constraints = system.velocity_constraints
+    vectors, values, _ = np.linalg.svd(constraints[:, width : width + size] @ system.force_basis.T)
+    without_force = constraints[:, :width]
+    # Forces cannot change these combinations of velocities; controls only above rounding.
+    rest = vectors[:, values < SINGULAR * values[:1]].T @ without_force
+    negligible = np.abs(rest) < NOISE * np.abs(without_force).max()
+    by_controls = np.where(negligible, 0.0, np.abs(rest))[:, 1:]
+    reach = by_controls @ np.minimum(np.maximum(np.abs(lower), np.abs(upper)), FAR)
+    return bool((np.abs(rest[:, 0]) > reach + INCONSISTENT).any())
+
+
+def is_definite(matrix: FloatArray) -> bool:
+    """Whether the symmetric part has no eigenvalue below 1e-8 of the mean one."""
+    size = len(matrix)
+    shift = 1e-8 * float(matrix.trace()) / max(size, 1)
+    shifted = 0.5 * (matrix + matrix.T)
+    shifted.reshape(-1)[:: size + 1] -= shift
+    return size == 0 or lapack.dpotrf(shifted)[1] == 0

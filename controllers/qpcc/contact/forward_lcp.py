@@ -1,10 +1,11 @@
-"""The forward contact problem at given controls: Lemke's method on the polyhedral cone.
+"""The forward contact problem at given controls, a linear complementarity problem (LCP).
 
-Unknowns per contact (f_n, beta_1..beta_m, lam) as in docs/method.md section 3. With factors of one
-the matrix is copositive, so that Lemke's method ends in a solution wherever one exists (Anitescu
-and Potra 1997); with others that is not known, and ``_sweep`` stands behind it.
-Ties in the ratio test are broken by a tiny fixed perturbation of the offsets; the modes read off
-the answer are then solved exactly, which takes the perturbation out again.
+Its unknowns per contact are (f_n, beta_1..beta_m, lam), as in docs/method.md section 3, and it is
+solved by Lemke's method. With factors of one the matrix is copositive, so that the method ends in a
+solution wherever one exists (Anitescu and Potra 1997); with others that is not known, and where it
+fails block Gauss-Seidel over the contacts follows. Ties in the ratio test are broken by a small
+fixed perturbation of the offsets. The modes of the answer are then solved exactly, which removes
+the perturbation again.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT
 
 PERTURBATION = 1e-9
@@ -22,15 +23,16 @@ PERTURBATION = 1e-9
 def lemke(
     matrix: FloatArray, offset: FloatArray, *, max_pivots: int | None = None
 ) -> FloatArray | None:
-    """Find z >= 0 with ``M z + q >= 0`` and ``z'(M z + q) = 0``; None on a secondary ray.
+    """Find z >= 0 with ``M z + q >= 0`` and ``z'(M z + q) = 0``; None where it ends on a ray.
 
-    A condensed tableau: row i holds the basic variable ``basic[i]`` as affine in the nonbasic ones.
-    Variables are numbered z: 0..n-1, w: n..2n-1, the artificial one: 2n.
+    Row i of the condensed tableau holds the basic variable ``basic[i]`` as an affine function of
+    the nonbasic ones. The variables z have the numbers 0 to n - 1, w = M z + q those from n to
+    2n - 1, and the artificial variable 2n.
     """
     n = len(offset)
     if n == 0 or float(np.min(offset)) >= 0.0:
         return np.zeros(n)
-    # Irregular, fixed steps: no two rows can stay tied.
+    # Multiples of the golden ratio, modulo 1: no two rows stay tied.
     size = float(np.max(np.abs(offset)))
     shift = PERTURBATION * size * (1.0 + np.modf(np.arange(1, n + 1) * 0.6180339887498949)[0])
     tableau = np.empty((n, n + 2))
@@ -55,7 +57,10 @@ def lemke(
 
 
 def _ratio_test(tableau: FloatArray, column: int, artificial: FloatArray) -> int | None:
-    """The row that first reaches zero as the column's variable grows; the artificial one first."""
+    """The row that first reaches zero as the column's variable grows, of ties the artificial one.
+
+    None if no row falls.
+    """
     slope = tableau[:, column]
     falling = slope < -1e-11
     if not np.any(falling):
@@ -82,52 +87,48 @@ def _pivot(tableau: FloatArray, row: int, column: int) -> None:
 
 
 def forward_contact(
-    reduced: ReducedProblem, controls: FloatArray, guess: tuple[int, ...] | None = None
+    scaled: ScaledContactQPCC, controls: FloatArray
 ) -> tuple[tuple[int, ...], FloatArray] | None:
     """Modes and scaled forces (3K,) that obey the contact law at fixed scaled controls.
 
-    ``guess`` is tried first: it costs one small solve. None if no method finds a consistent point.
+    None if no method finds a consistent point.
     """
-    k = reduced.problem.contact_count
-    if guess is not None:
-        found = _verified(reduced, controls, guess)
-        if found is not None:
-            return found
-    matrix, offset = _contact_lcp(reduced, controls)
+    k = scaled.problem.contact_count
+    matrix, offset = _contact_lcp(scaled, controls)
     solution = lemke(matrix, offset)
     if solution is None:
-        return _sweep(reduced, controls)
-    blocks = solution.reshape(k, len(reduced.problem.directions) + 2)
-    own = reduced.problem
+        return _block_gauss_seidel(scaled, controls)
+    blocks = solution.reshape(k, len(scaled.problem.directions) + 2)
+    own = scaled.problem
     force = np.empty((k, 3))
     force[:, 0] = blocks[:, 0]
     force[:, 1:] = (blocks[:, 1:-1] * own.factors) @ own.directions
-    points = reduced.points_at(controls, force.reshape(-1))
-    violation = reduced.table.violation(points)
+    points = scaled.points_at(controls, force.reshape(-1))
+    violation = scaled.table.violation(points)
     modes = tuple(int(mode) for mode in np.argmin(violation, axis=1))
-    exact = _verified(reduced, controls, modes)
+    exact = _verified(scaled, controls, modes)
     if exact is not None:
         return exact
     if np.max(np.min(violation, axis=1), initial=0.0) <= 1e-7:
         return modes, force.reshape(-1)
-    return _sweep(reduced, controls)
+    return _block_gauss_seidel(scaled, controls)
 
 
 def _verified(
-    reduced: ReducedProblem, controls: FloatArray, modes: tuple[int, ...]
+    scaled: ScaledContactQPCC, controls: FloatArray, modes: tuple[int, ...]
 ) -> tuple[tuple[int, ...], FloatArray] | None:
-    """The forces of given modes, if they satisfy the pieces' inequalities."""
-    force = reduced.forces_at(modes, controls)
+    """Modes and their forces, if these satisfy the inequalities of the modes."""
+    force = scaled.forces_at(modes, controls)
     if force is None:
         return None
-    violation = reduced.table.violation(reduced.points_at(controls, force))
+    violation = scaled.table.violation(scaled.points_at(controls, force))
     worst = np.max(violation[np.arange(len(modes)), list(modes)], initial=0.0)
     return (modes, force) if worst <= 1e-9 else None
 
 
-def _contact_lcp(reduced: ReducedProblem, controls: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The LCP (M, q) in scaled units, unknowns per contact (f_n, beta.., lam)."""
-    own = reduced.problem
+def _contact_lcp(scaled: ScaledContactQPCC, controls: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Matrix and offset of the LCP in scaled units."""
+    own = scaled.problem
     k, m = own.contact_count, len(own.directions)
     generate = np.zeros((k, 3, k, m + 2))
     test = np.zeros((k, m + 2, k, 3))
@@ -137,47 +138,47 @@ def _contact_lcp(reduced: ReducedProblem, controls: FloatArray) -> tuple[FloatAr
     generate[each, 1:, each, 1 : m + 1] = np.swapaxes(corners, 1, 2)
     test[each, 1 : m + 1, each, 1:] = own.directions
     rows = test.reshape(k * (m + 2), 3 * k)
-    matrix = rows @ reduced.mobility @ generate.reshape(3 * k, k * (m + 2))
+    matrix = rows @ scaled.delassus @ generate.reshape(3 * k, k * (m + 2))
     blocks = matrix.reshape(k, m + 2, k, m + 2)
     blocks[each, 1 : m + 1, each, m + 1] += 1.0
     blocks[each, m + 1, each, 0] += own.friction
     blocks[each, m + 1, each, 1 : m + 1] -= 1.0
-    return matrix, rows @ (reduced.free[:, 0] + reduced.free[:, 1:] @ controls)
+    return matrix, rows @ (scaled.free_velocity[:, 0] + scaled.free_velocity[:, 1:] @ controls)
 
 
-def _sweep(
-    reduced: ReducedProblem, controls: FloatArray, *, sweeps: int = 200
+def _block_gauss_seidel(
+    scaled: ScaledContactQPCC, controls: FloatArray, *, sweeps: int = 200
 ) -> tuple[tuple[int, ...], FloatArray] | None:
-    """Block Gauss-Seidel over contacts, each solved by trying its pieces; for Lemke's failures."""
-    k, table = reduced.problem.contact_count, reduced.table
+    """Block Gauss-Seidel over the contacts, each solved by trying all its modes."""
+    k, table = scaled.problem.contact_count, scaled.table
     force, modes = np.zeros((k, 3)), [LIFT] * k
-    start = reduced.free[:, 0] + reduced.free[:, 1:] @ controls
+    start = scaled.free_velocity[:, 0] + scaled.free_velocity[:, 1:] @ controls
     for _ in range(sweeps):
         for i in range(k):
             own = slice(3 * i, 3 * i + 3)
-            others = start[own] + reduced.mobility[own] @ force.reshape(-1)
-            block = reduced.mobility[own, own]
-            modes[i], force[i] = _one_contact(reduced, i, block, others - block @ force[i])
-        found = _verified(reduced, controls, table.canonical(tuple(modes)))
+            others = start[own] + scaled.delassus[own] @ force.reshape(-1)
+            block = scaled.delassus[own, own]
+            modes[i], force[i] = _one_contact(scaled, i, block, others - block @ force[i])
+        found = _verified(scaled, controls, table.canonical(tuple(modes)))
         if found is not None:
             return found
     return None
 
 
 def _one_contact(
-    reduced: ReducedProblem, contact: int, block: FloatArray, free: FloatArray
+    scaled: ScaledContactQPCC, contact: int, block: FloatArray, free: FloatArray
 ) -> tuple[int, FloatArray]:
-    """The piece of one contact that its local force satisfies best, and that force."""
-    table = reduced.table
+    """The mode of one contact whose force violates its inequalities least, and that force."""
+    table = scaled.table
     best, answer = np.inf, (LIFT, np.zeros(3))
     for mode in np.flatnonzero(table.valid[contact]):
-        count = int(table.count[contact, mode])
-        basis = table.basis[contact, mode][:, :count]
-        still = table.still[contact, mode][:count]
+        count = int(table.force_dimensions[contact, mode])
+        basis = table.force_basis[contact, mode][:, :count]
+        still = table.velocity_constraints[contact, mode][:count]
         amplitude = np.linalg.lstsq(still @ block @ basis, -(still @ free), rcond=None)[0]
         force = basis @ amplitude
         point = np.concatenate([force, free + block @ force])
-        violation = -float((table.walls[contact, mode] @ point).min())
+        violation = -float((table.halfspaces[contact, mode] @ point).min())
         if violation < best:
             best, answer = violation, (int(mode), force)
         if violation <= 1e-12:

@@ -1,9 +1,8 @@
-"""Search over contact modes (docs/method.md section 5): descent by flips, then best-first kicks.
+"""Local search over contact modes (docs/method.md section 5): descent, then best-first kicks.
 
-A node is the minimiser over one choice of modes. Its multipliers say, for every contact and every
-other piece that contains the point, whether that piece offers descent (``Node.slopes``); if none
-does, the point is strongly stationary and, the problem being convex on every piece, a local
-minimum.
+The multipliers of the minimiser on one choice of modes say, for every contact and every other mode
+whose cone contains the point, whether that mode offers descent. If none does the point is strongly
+stationary and, the objective being convex on every piece, a local minimum.
 """
 
 from __future__ import annotations
@@ -18,18 +17,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
-from warp_softbody.controllers.qpcc.contact.mode_qp import Node
+from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.controllers.qpcc.result import SolverOptions
 
 TOUCHING = 1e-7
-"""Scaled distance within which a point counts as lying in a piece."""
+"""Scaled violation up to which a point counts as lying in the cone of a mode."""
 
 SLOPE_NOISE = 1e-6
-"""Slopes above minus this, relative to the largest, offer no descent."""
+"""Derivatives above minus this, relative to the largest multiplier, offer no descent."""
 
 PROGRESS = 1e-10
-"""Relative decrease of the objective that counts."""
+"""Least relative decrease of the objective that counts as progress."""
 
 ROUNDING = 1e-13
 """Rounding of the objective, relative to its curvature and constant."""
@@ -40,31 +39,31 @@ class LocalMinimum:
     """Where a descent ended.
 
     Attributes:
-        node: the point.
-        strongly_stationary: no touching piece offers descent by the multipliers.
+        minimiser: the point.
+        strongly_stationary: no mode whose cone contains the point offers descent.
         complete: false if the budget ended the descent.
     """
 
-    node: Node
+    minimiser: ModeMinimiser
     strongly_stationary: bool
     complete: bool
 
 
-class Search:
-    """One solve's memory: which modes were tried, and what is left of the budget."""
+class ContactSearch:
+    """One solve: the modes tried with their minimisers, and what is left of the budget."""
 
-    def __init__(self, reduced: ReducedProblem, options: SolverOptions) -> None:
+    def __init__(self, scaled: ScaledContactQPCC, options: SolverOptions) -> None:
         """Start the clock."""
-        self.reduced = reduced
+        self.scaled = scaled
         self.options = options
         self.started = time.perf_counter()
-        self._known: dict[tuple[int, ...], Node | None] = {}
+        self._known: dict[tuple[int, ...], ModeMinimiser | None] = {}
         self._slopes: dict[tuple[int, ...], FloatArray | None] = {}
 
     @property
     def qp_count(self) -> int:
         """QPs solved."""
-        return self.reduced.qp_count
+        return self.scaled.qp_count
 
     @property
     def spent(self) -> bool:
@@ -72,127 +71,135 @@ class Search:
         late = time.perf_counter() - self.started >= self.options.time_limit
         return self.qp_count >= self.options.max_qps or late
 
-    def visit(self, modes: tuple[int, ...], limit: float = math.inf) -> Node | None:
+    def visit(self, modes: tuple[int, ...], limit: float = math.inf) -> ModeMinimiser | None:
         """Solve the QP of these modes once; None if infeasible, unsolved or out of budget.
 
-        None too, also for later visits, if it shows early that no value is as low as ``limit``.
+        None, too, then and at later visits, if it shows early that the minimum is above ``limit``.
         """
-        modes = self.reduced.table.canonical(modes)
+        modes = self.scaled.table.canonical(modes)
         if modes not in self._known:
             if self.spent:
                 return None
-            self._known[modes] = self.reduced.solve(modes, limit)
+            self._known[modes] = self.scaled.solve(modes, limit)
         return self._known[modes]
 
-    def descend(self, node: Node) -> LocalMinimum:
-        """Flip touching contacts while the objective falls: all that offer descent, else one."""
+    def descend(self, minimiser: ModeMinimiser) -> LocalMinimum:
+        """Move to adjacent modes while the objective falls.
+
+        All contacts that offer descent change modes at once, or a single one if that gains nothing.
+        """
         while True:
-            if node.modes not in self._slopes:
-                self._slopes[node.modes] = self._touching_slopes(node)
-            slopes = self._slopes[node.modes]
+            if minimiser.modes not in self._slopes:
+                self._slopes[minimiser.modes] = self._descent_slopes(minimiser)
+            slopes = self._slopes[minimiser.modes]
             if slopes is None:
-                return LocalMinimum(node, True, True)
+                return LocalMinimum(minimiser, True, True)
             willing = slopes.min(axis=1) < 0.0
-            batch = np.where(willing, slopes.argmin(axis=1), node.modes)
-            following = self._better(node, tuple(batch.tolist()))
+            batch = np.where(willing, slopes.argmin(axis=1), minimiser.modes)
+            following = self._improved(minimiser, tuple(batch.tolist()))
             if following is None:
-                following = self._single(node, slopes)
+                following = self._single_flip(minimiser, slopes)
             if following is None:
-                return LocalMinimum(node, False, not self.spent)
-            node = following
+                return LocalMinimum(minimiser, False, not self.spent)
+            minimiser = following
 
     def lowest(self, minima: list[LocalMinimum]) -> LocalMinimum:
-        """The best of some minima, the first of those that differ by rounding only."""
-        least = min(minimum.node.value for minimum in minima)
-        return next(m for m in minima if m.node.value <= least + self._margin(m.node))
+        """The lowest of some minima, the first of those that differ by rounding alone."""
+        least = min(minimum.minimiser.value for minimum in minima)
+        return next(m for m in minima if m.minimiser.value <= least + self._margin(m.minimiser))
 
-    def improve(self, starts: list[LocalMinimum]) -> LocalMinimum:
-        """Leave local minima by kicks, the best minimum first, and return the best one found."""
+    def perturb(self, starts: list[LocalMinimum]) -> LocalMinimum:
+        """Leave local minima by kicks, the lowest minimum first; the lowest one found."""
         best = self.lowest(starts)
         if self.options.kicks == 0:
             return best
         order = itertools.count()
-        queue = [(m.node.value, next(order), m, self._kicks(m.node)) for m in starts]
+        queue = [(m.minimiser.value, next(order), m, self._kicks(m.minimiser)) for m in starts]
         heapq.heapify(queue)
-        left, reached = self.options.kicks, {m.node.modes for m in starts}
-        fruitless = 0
-        while queue and left > 0 and fruitless < self.options.patience and not self.spent:
+        left, reached = self.options.kicks, {m.minimiser.modes for m in starts}
+        failed = 0
+        while queue and left > 0 and failed < self.options.patience and not self.spent:
             value, _, minimum, kicks = heapq.heappop(queue)
             modes = next((m for m in kicks if m not in self._known), None)
             if modes is None:
                 continue
             heapq.heappush(queue, (value, next(order), minimum, kicks))
             left -= 1
-            fruitless += 1
-            node = self.visit(modes, limit=self._within_reach(best.node))
-            if node is None:
+            failed += 1
+            minimiser = self.visit(modes, limit=self._within_reach(best.minimiser))
+            if minimiser is None:
                 continue
-            found = self.descend(node)
-            if found.node.modes in reached:
+            found = self.descend(minimiser)
+            if found.minimiser.modes in reached:
                 continue
-            reached.add(found.node.modes)
-            heapq.heappush(queue, (found.node.value, next(order), found, self._kicks(found.node)))
-            if found.node.value < best.node.value - self._margin(best.node):
-                best, fruitless = found, 0
+            reached.add(found.minimiser.modes)
+            heapq.heappush(
+                queue, (found.minimiser.value, next(order), found, self._kicks(found.minimiser))
+            )
+            if found.minimiser.value < best.minimiser.value - self._margin(best.minimiser):
+                best, failed = found, 0
         return best
 
-    def _within_reach(self, best: Node) -> float:
-        """What a kick's first QP may end at."""
+    def _within_reach(self, best: ModeMinimiser) -> float:
+        """The highest value at which the first QP of a kick may end."""
         reach = self.options.reach
         return math.inf if reach == math.inf else best.value + reach * abs(best.value)
 
-    def _margin(self, node: Node) -> float:
-        """Decrease that is progress and not rounding."""
-        noise = self.reduced.value_scale + abs(self.reduced.problem.constant)
-        return PROGRESS * abs(node.value) + ROUNDING * noise
+    def _margin(self, minimiser: ModeMinimiser) -> float:
+        """The decrease that is progress and not rounding."""
+        noise = self.scaled.value_scale + abs(self.scaled.problem.constant)
+        return PROGRESS * abs(minimiser.value) + ROUNDING * noise
 
-    def _better(self, node: Node, modes: tuple[int, ...]) -> Node | None:
+    def _improved(self, minimiser: ModeMinimiser, modes: tuple[int, ...]) -> ModeMinimiser | None:
         found = self.visit(modes)
-        if found is None or found.value >= node.value - self._margin(node):
+        if found is None or found.value >= minimiser.value - self._margin(minimiser):
             return None
         return found
 
-    def _single(self, node: Node, slopes: FloatArray) -> Node | None:
-        """The first single flip that improves, the steepest tried first."""
+    def _single_flip(self, minimiser: ModeMinimiser, slopes: FloatArray) -> ModeMinimiser | None:
+        """The first change of a single mode that improves, the steepest tried first."""
         for flat in np.argsort(slopes, axis=None, kind="stable"):
             contact, mode = divmod(int(flat), slopes.shape[1])
             if slopes[contact, mode] >= 0.0 or self.spent:
                 return None
-            found = self._better(node, _with(node.modes, contact, mode))
+            found = self._improved(minimiser, _with_mode(minimiser.modes, contact, mode))
             if found is not None:
                 return found
         return None
 
-    def _touching_slopes(self, node: Node) -> FloatArray | None:
-        """(K, M): slope of descent into pieces that contain the point; None if there is none."""
-        if not node.modes:
+    def _descent_slopes(self, minimiser: ModeMinimiser) -> FloatArray | None:
+        """(K, M): negative derivatives into cones that contain the point; None without any."""
+        if not minimiser.modes:
             return None
-        table = self.reduced.table
-        slopes = table.descent(node.slopes)
-        largest = float(np.abs(node.slopes).max())
-        slopes[np.arange(len(node.modes)), node.modes] = 0.0
+        table = self.scaled.table
+        slopes = table.least_slopes(minimiser.multipliers)
+        largest = float(np.abs(minimiser.multipliers).max())
+        slopes[np.arange(len(minimiser.modes)), minimiser.modes] = 0.0
         offers = slopes < -SLOPE_NOISE * (1e-3 + largest)
         if not offers.any():
             return None
-        offers &= table.violation(node.points) <= TOUCHING
+        offers &= table.violation(minimiser.points) <= TOUCHING
         return np.where(offers, slopes, 0.0) if offers.any() else None
 
-    def _kicks(self, node: Node) -> Iterator[tuple[int, ...]]:
-        """Single changes of mode into pieces away from the point, the most promising first.
+    def _kicks(self, minimiser: ModeMinimiser) -> Iterator[tuple[int, ...]]:
+        """Changes of a single mode to cones without the point, the most promising first.
 
-        The slope along a piece's rays says what the contact would gain by having that freedom at
-        all; measured, this order finds four fifths of the best kick's gain in five kicks, the
-        order by distance two fifths.
+        The derivative along the rays of a mode says what the contact would gain by that freedom.
+        Measured, this order finds four fifths of the gain of the best kick in five kicks, the order
+        by distance two fifths.
         """
-        table = self.reduced.table
-        violation, slopes = table.violation(node.points), table.descent(node.slopes)
+        table = self.scaled.table
+        violation, slopes = (
+            table.violation(minimiser.points),
+            table.least_slopes(minimiser.multipliers),
+        )
         away = np.isfinite(violation) & (violation > TOUCHING)
         for flat in np.lexsort((violation.ravel(), np.where(away, slopes, np.inf).ravel())):
             contact, mode = divmod(int(flat), violation.shape[1])
             if not away[contact, mode]:
                 return
-            yield _with(node.modes, contact, mode)
+            yield _with_mode(minimiser.modes, contact, mode)
 
 
-def _with(modes: tuple[int, ...], contact: int, mode: int) -> tuple[int, ...]:
+def _with_mode(modes: tuple[int, ...], contact: int, mode: int) -> tuple[int, ...]:
     return (*modes[:contact], mode, *modes[contact + 1 :])

@@ -1,4 +1,4 @@
-"""The pieces of several contacts as padded arrays; what each means is said in ``pieces``.
+"""The cones of the contact modes (``mode_table``) as padded arrays.
 
 Built for all contacts at once, since directional friction changes them in every step.
 """
@@ -21,22 +21,22 @@ COLLINEAR = 1e-12
 middle corner lies on the line between the others."""
 
 
-class Shapes(NamedTuple):
-    """As in ``PieceTable``; ``equality`` (K, M, 3, 6) holds the rows that vanish on a piece."""
+class ModeCones(NamedTuple):
+    """Arrays as in ``ModeTable``; ``equalities`` (K, M, 3, 6) are unit rows zero on the cone."""
 
-    basis: FloatArray
-    still: FloatArray
-    rows: FloatArray
-    used: BoolArray
-    equality: FloatArray
+    force_basis: FloatArray
+    velocity_constraints: FloatArray
+    inequalities: FloatArray
+    inequality_used: BoolArray
+    equalities: FloatArray
     rays: FloatArray
 
 
-def frictional_shapes(radius: FloatArray, directions: bytes) -> Shapes:
-    """All pieces of contacts whose friction cones have corners (1, radius d_j), radius (K, m)."""
+def frictional_cones(radius: FloatArray, directions: bytes) -> ModeCones:
+    """The modes of contacts whose friction cones have corners (1, radius d_j), radius (K, m)."""
     plane = np.frombuffer(directions).reshape(-1, 2)
     k, m = radius.shape
-    shapes = repeated(_constant(directions), k)
+    cones = repeated(_constant(directions), k)
     corners = np.empty((k, m, 3))
     corners[:, :, 0] = 1.0
     np.multiply(radius[:, :, None], plane, out=corners[:, :, 1:])
@@ -44,43 +44,43 @@ def frictional_shapes(radius: FloatArray, directions: bytes) -> Shapes:
     others = corners[:, following]
     rays, normals = _unit(corners), _cross(corners, others)
     slide, edge = slice(FIRST_SLIDE, FIRST_SLIDE + m), slice(FIRST_SLIDE + m, None)
-    shapes.basis[:, slide, :, 0] = shapes.basis[:, edge, :, 0] = corners
-    shapes.basis[:, edge, :, 1] = others
-    # A turn of a ray in its vertical plane.
-    shapes.equality[:, slide, 0, 0] = -radius * rays[:, :, 0]
-    shapes.equality[:, slide, 0, 1:3] = plane * rays[:, :, :1]
-    shapes.equality[:, edge, 0, :3] = _unit(normals)
-    # Of a force between two corners, the share of either: zero at the other one.
-    shapes.rows[:, edge, 0, :3] = _unit(_cross(others, normals))
-    shapes.rows[:, edge, 1, :3] = _unit(_cross(normals, corners))
-    shapes.rays[:, 1, :m, :3] = shapes.rays[:, slide, 0, :3] = shapes.rays[:, edge, 0, :3] = rays
-    shapes.rays[:, edge, 1, :3] = rays[:, following]
-    _fill_facets(shapes, corners)
-    return shapes
+    cones.force_basis[:, slide, :, 0] = cones.force_basis[:, edge, :, 0] = corners
+    cones.force_basis[:, edge, :, 1] = others
+    # The ray turned by a quarter in its vertical plane.
+    cones.equalities[:, slide, 0, 0] = -radius * rays[:, :, 0]
+    cones.equalities[:, slide, 0, 1:3] = plane * rays[:, :, :1]
+    cones.equalities[:, edge, 0, :3] = _unit(normals)
+    # The share of either corner in a force between the two, zero at the other corner.
+    cones.inequalities[:, edge, 0, :3] = _unit(_cross(others, normals))
+    cones.inequalities[:, edge, 1, :3] = _unit(_cross(normals, corners))
+    cones.rays[:, 1, :m, :3] = cones.rays[:, slide, 0, :3] = cones.rays[:, edge, 0, :3] = rays
+    cones.rays[:, edge, 1, :3] = rays[:, following]
+    _fill_facets(cones, corners)
+    return cones
 
 
-def frictionless_shapes(count: int, directions: bytes) -> Shapes:
-    """The pieces of contacts without friction: lift, and slide 0 in place of all others."""
-    shapes = repeated(_constant(directions), count)
+def frictionless_cones(count: int, directions: bytes) -> ModeCones:
+    """The modes of contacts without friction: lift, and slide 0 in place of all others."""
+    cones = repeated(_constant(directions), count)
     axes = np.eye(3)
-    for part in shapes:
+    for part in cones:
         part[:, 1:] = 0
-    shapes.basis[:, 1:, :, 0] = shapes.still[:, 1:, 0] = axes[0]
-    shapes.rows[:, 1:, 0, :3] = axes[0]
-    shapes.used[:, 1:, 0] = True
-    shapes.equality[:, 1:, :2, :3], shapes.equality[:, 1:, 2, 3:] = axes[1:], axes[0]
-    shapes.rays[:, 1:, 0, :3], shapes.rays[:, 1:, 1:5, 3:] = axes[0], _plane_rays()
-    return shapes
+    cones.force_basis[:, 1:, :, 0] = cones.velocity_constraints[:, 1:, 0] = axes[0]
+    cones.inequalities[:, 1:, 0, :3] = axes[0]
+    cones.inequality_used[:, 1:, 0] = True
+    cones.equalities[:, 1:, :2, :3], cones.equalities[:, 1:, 2, 3:] = axes[1:], axes[0]
+    cones.rays[:, 1:, 0, :3], cones.rays[:, 1:, 1:5, 3:] = axes[0], _plane_rays()
+    return cones
 
 
-def repeated(shapes: Shapes, count: int) -> Shapes:
-    """The same pieces for ``count`` contacts, with a first axis for these."""
-    copies: list[Any] = [np.repeat(part[None], count, axis=0) for part in shapes]
-    return Shapes(*copies)
+def repeated(cones: ModeCones, count: int) -> ModeCones:
+    """The same modes for ``count`` contacts, with a first axis for these."""
+    copies: list[Any] = [np.repeat(part[None], count, axis=0) for part in cones]
+    return ModeCones(*copies)
 
 
 @lru_cache(maxsize=8)
-def _constant(directions: bytes) -> Shapes:
+def _constant(directions: bytes) -> ModeCones:
     plane = np.frombuffer(directions).reshape(-1, 2)
     m, axes = len(plane), np.eye(3)
     count, row_count, ray_count = 2 + 2 * m, max(m, 3), max(m, 5)
@@ -104,10 +104,10 @@ def _constant(directions: bytes) -> Shapes:
         equality[edge, 1:, 3:] = still[edge, :2]
         rays[slide, 1:3, 3:] = [away[j - 1], away[j]]
         rays[edge, 2, 3:] = away[j]
-    return Shapes(basis, still, rows, used, equality, rays)
+    return ModeCones(basis, still, rows, used, equality, rays)
 
 
-def _fill_facets(shapes: Shapes, corners: FloatArray) -> None:
+def _fill_facets(cones: ModeCones, corners: FloatArray) -> None:
     """Inward unit normals of the facets of each cone of corners (K, m, 3) as rows of stick.
 
     With unequal radii some corners lie inside the hull of the others: fewer facets than corners.
@@ -118,8 +118,8 @@ def _fill_facets(shapes: Shapes, corners: FloatArray) -> None:
     place = np.concatenate([np.arange(len(pairs)) for pairs in facets])
     normals = _unit(_cross(corners[owner, ends[:, 0]], corners[owner, ends[:, 1]]))
     normals *= np.sign(normals[:, :1])
-    shapes.rows[owner, 1, place, :3] = normals
-    shapes.used[owner, 1, place] = True
+    cones.inequalities[owner, 1, place, :3] = normals
+    cones.inequality_used[owner, 1, place] = True
 
 
 def _hull(points: list[list[float]]) -> list[tuple[int, int]]:

@@ -1,17 +1,15 @@
-"""Coulomb's law of one contact as a union of polyhedral cones of (force, velocity), its pieces.
+"""Coulomb's law of a contact as a union of polyhedral cones of (force, velocity), one a mode.
 
-With m tangent directions a contact has 2 + 2m pieces, numbered by *mode* (docs/method.md section
-5):
+With m tangent directions a contact has 2 + 2m modes (docs/method.md section 5):
 
     0          lift: no force, w_n >= 0
     1          stick: w = 0, force in the polyhedral cone
     2 .. m+1   slide j: force on the ray g_j = (1, mu S_j d_j), w_t in the cone opposite to d_j
     m+2 ..     edge j: force between g_j and g_j+1, w_t on the one ray opposite to both
 
-Each piece is stored as matrices on (f, w) in R^6: a basis of its forces, the velocity components
-that vanish, its inequality rows, its three equality rows, and the rays that generate it. Without
-friction the tangent velocity is free and only lift and slide 0 exist; other modes mean slide 0
-there.
+The cone of a mode is stored as matrices on (f, w) in R^6: a basis of its forces, the constraints on
+its velocity, its inequalities, and its extreme rays. Without friction the tangent velocity is free
+and only lift and slide 0 exist; the other modes then repeat slide 0.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.contact_mode import ContactMode
-from warp_softbody.controllers.qpcc.contact.mode_cones import frictional_shapes, frictionless_shapes
+from warp_softbody.controllers.qpcc.contact.mode_cones import frictional_cones, frictionless_cones
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 
 IntArray = npt.NDArray[np.int64]
@@ -35,36 +33,31 @@ SLIDE = int(ContactMode.SLIDE)
 """Modes at and above this number slide."""
 
 FRICTIONLESS = 1e-9
-"""Friction coefficients up to this count as none: their cones are too thin for a stick piece."""
-
-
-def contact_mode(mode: int) -> ContactMode:
-    """Lift, stick or slide: what a mode number means to everybody else."""
-    return ContactMode(min(mode, SLIDE))
+"""Friction coefficients up to this count as none: their cones are too thin for a stick mode."""
 
 
 @dataclass(frozen=True)
-class PieceTable:
-    """All pieces of K contacts; axis 0 is the contact, axis 1 the mode.
+class ModeTable:
+    """The cones of all modes of K contacts; axis 0 is the contact, axis 1 the mode.
 
     Attributes:
-        basis: (K, M, 3, 3), columns that span the piece's forces, zero beyond ``count``.
-        still: (K, M, 3, 3), rows of the velocity that vanish, zero beyond ``count``.
-        count: (K, M), dimension of the force, which is the number of still rows.
-        rows: (K, M, r, 6), inequality rows on (f, w), >= 0; zero where ``row_used`` is false.
-        row_used: (K, M, r).
-        walls: (K, M, r + 6, 6), every condition as a row >= 0: ``rows`` and both signs of the three
-            unit rows that vanish on the piece.
-        rays: (K, M, s, 6), unit generators of the piece, padded with zeros.
+        force_basis: (K, M, 3, 3), columns that span the forces, zero beyond ``force_dimensions``.
+        velocity_constraints: (K, M, 3, 3), rows T with T w = 0, zero beyond ``force_dimensions``.
+        force_dimensions: (K, M), dimension of the force; the velocity has as many constraints.
+        inequalities: (K, M, r, 6), rows on (f, w), >= 0; zero where not ``inequality_used``.
+        inequality_used: (K, M, r).
+        halfspaces: (K, M, r + 6, 6), all conditions as rows >= 0: the inequalities, and both signs
+            of the three unit rows that vanish on the cone.
+        rays: (K, M, s, 6), unit extreme rays of the cone, padded with zeros.
         valid: (K, M), false for modes that repeat another one (no friction).
     """
 
-    basis: FloatArray
-    still: FloatArray
-    count: IntArray
-    rows: FloatArray
-    row_used: BoolArray
-    walls: FloatArray
+    force_basis: FloatArray
+    velocity_constraints: FloatArray
+    force_dimensions: IntArray
+    inequalities: FloatArray
+    inequality_used: BoolArray
+    halfspaces: FloatArray
     rays: FloatArray
     valid: BoolArray
 
@@ -81,16 +74,19 @@ class PieceTable:
         return bool(self.valid.all())
 
     def violation(self, points: FloatArray) -> FloatArray:
-        """(K, M): how far each contact's (f, w), (K, 6), is from satisfying each piece."""
-        violation = -self._least(self._flat_walls, points)
+        """(K, M): by how much each contact's (f, w), (K, 6), violates the conditions of a mode."""
+        violation = -self._least(self._flat_halfspaces, points)
         return violation if self._none_repeated else np.where(self.valid, violation, np.inf)
 
-    def descent(self, slopes: FloatArray) -> FloatArray:
-        """(K, M): least slope along any ray of a piece, for objective slopes (K, 6) in (f, w)."""
+    def least_slopes(self, slopes: FloatArray) -> FloatArray:
+        """(K, M): least derivative of the objective along an extreme ray of each mode.
+
+        ``slopes`` (K, 6) are the derivatives in (f, w).
+        """
         return self._least(self._flat_rays, slopes)
 
     def _least(self, matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-        """(K, M): least product of a piece's rows, (K, r M, 6), with each contact's vector."""
+        """(K, M): least product of a mode's rows, (K, r M, 6), with the contact's vector (K, 6)."""
         count, modes = self.valid.shape
         rows = matrices.shape[1] // modes
         products = (matrices @ vectors[:, :, None]).reshape(count, rows, modes)
@@ -98,8 +94,8 @@ class PieceTable:
         return least
 
     @cached_property
-    def _flat_walls(self) -> FloatArray:
-        return _modes_last(self.walls)
+    def _flat_halfspaces(self) -> FloatArray:
+        return _modes_last(self.halfspaces)
 
     @cached_property
     def _flat_rays(self) -> FloatArray:
@@ -113,36 +109,36 @@ def _modes_last(matrices: FloatArray) -> FloatArray:
     return flat
 
 
-def piece_table(problem: ContactQPCC) -> PieceTable:
-    """The pieces of a problem's contacts; kept between steps, as they depend on friction only."""
+def mode_table(problem: ContactQPCC) -> ModeTable:
+    """The modes of a problem's contacts; kept between steps, as they depend on friction only."""
     own = problem
     return _table(own.friction.tobytes(), own.factors.tobytes(), own.directions.tobytes())
 
 
 @lru_cache(maxsize=64)
-def _table(friction: bytes, factors: bytes, directions: bytes) -> PieceTable:
+def _table(friction: bytes, factors: bytes, directions: bytes) -> ModeTable:
     mu = np.frombuffer(friction)
     m = len(directions) // 16
     radius = mu[:, None] * np.frombuffer(factors).reshape(len(mu), m)
     rough = np.any(radius > FRICTIONLESS, axis=1)
     if rough.any() and rough.all():
-        shapes = frictional_shapes(radius, directions)
+        cones = frictional_cones(radius, directions)
     else:
-        shapes = frictionless_shapes(len(mu), directions)
+        cones = frictionless_cones(len(mu), directions)
         if rough.any():
-            cones = frictional_shapes(radius[rough], directions)
-            for part, rough_part in zip(shapes, cones, strict=True):
+            rough_cones = frictional_cones(radius[rough], directions)
+            for part, rough_part in zip(cones, rough_cones, strict=True):
                 part[rough] = rough_part
-    rows, equality = shapes.rows, shapes.equality
+    rows, equality = cones.inequalities, cones.equalities
     valid = np.ones((len(mu), 2 + 2 * m), dtype=bool)
     valid[~rough, STICK], valid[~rough, SLIDE + 1 :] = False, False
-    return PieceTable(
-        basis=shapes.basis,
-        still=shapes.still,
-        count=np.any(shapes.still, axis=3).sum(axis=2),
-        rows=rows,
-        row_used=shapes.used,
-        walls=np.concatenate([rows, equality, -equality], axis=2),
-        rays=shapes.rays,
+    return ModeTable(
+        force_basis=cones.force_basis,
+        velocity_constraints=cones.velocity_constraints,
+        force_dimensions=np.any(cones.velocity_constraints, axis=3).sum(axis=2),
+        inequalities=rows,
+        inequality_used=cones.inequality_used,
+        halfspaces=np.concatenate([rows, equality, -equality], axis=2),
+        rays=cones.rays,
         valid=valid,
     )

@@ -16,18 +16,18 @@ from warp_softbody.controllers.qp.diagonal_plus_low_rank import (
     unconstrained_minimum,
 )
 from warp_softbody.controllers.qp.sparse_or_dense import Matrix
-from warp_softbody.controllers.qpcc.contact.mode_blocks import Elimination
+from warp_softbody.controllers.qpcc.contact.force_elimination import ForceElimination
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 
-FEW = 4
-"""Controls a row of the squares from which on these are worth it: with fewer, DAQP's equations for
-them cost more than the factor of a full matrix."""
+CONTROLS_A_ROW = 4
+"""Controls for each row of the low-rank factor from which that form pays: with fewer, DAQP's
+equalities for the rows cost more than factorising a full matrix."""
 
 ROUNDING = 1e-9
-"""Diagonal, of the largest entry, up to which it is not told from rounding."""
+"""Diagonal, relative to the largest entry, up to which it may be rounding of the factor."""
 
 
-class Eliminated(NamedTuple):
+class ReducedObjective(NamedTuple):
     """``1/2 u'Pu + c'u + constant`` over the controls alone."""
 
     P: Matrix
@@ -35,18 +35,18 @@ class Eliminated(NamedTuple):
     constant: float
 
     @property
-    def least(self) -> float | None:
-        """The least value, without rows and bounds; None where P is not definite."""
-        least = unconstrained_minimum(self.P, self.c)
-        return None if least is None else self.constant + least
+    def unconstrained_minimum(self) -> float | None:
+        """The minimum without rows and bounds; None where P is not positive definite."""
+        minimum = unconstrained_minimum(self.P, self.c)
+        return None if minimum is None else self.constant + minimum
 
 
-class Quadratic(Protocol):
+class ScaledObjective(Protocol):
     """``1/2 z'Hz + c'z`` over z = (controls, forces).
 
     Attributes:
         c: (nu + 3K,).
-        outputs: (m, 1 + nu + 3K), affine in (1, z): what ``eliminated`` asks ``ContactMaps`` for.
+        outputs: (m, 1 + nu + 3K), maps of (1, z) that ``reduced`` needs with the forces eliminated.
     """
 
     c: FloatArray
@@ -58,29 +58,29 @@ class Quadratic(Protocol):
     def matrix(self) -> FloatArray:
         """H."""
 
-    def eliminated(self, elimination: Elimination) -> Eliminated:
-        """The same where the forces are affine in the controls."""
+    def reduced(self, elimination: ForceElimination) -> ReducedObjective:
+        """The objective over the controls, with forces that are affine in them."""
 
 
-def scaled_quadratic(problem: ContactQPCC, scale: FloatArray) -> tuple[Quadratic, float]:
-    """The objective over z / scale, and the value that it is divided by, its largest curvature."""
+def scaled_objective(problem: ContactQPCC, scale: FloatArray) -> tuple[ScaledObjective, float]:
+    """The objective over z / scale, and the value by which it is divided, its largest curvature."""
     nu = problem.control_count
     c = problem.gradient * scale
     curvature = float(np.max((problem.hessian.diagonal() * scale * scale)[:nu]))
     size = curvature or float(np.max(np.abs(c))) or 1.0
-    if 0 < FEW * len(problem.squares) <= nu and _clear(problem):
-        return _Squares(problem, scale, c / size, size), size
-    return _Full(problem, scale, c / size, size), size
+    if 0 < CONTROLS_A_ROW * len(problem.squares) <= nu and _diagonal_is_clear(problem):
+        return _LowRankObjective(problem, scale, c / size, size), size
+    return _DenseObjective(problem, scale, c / size, size), size
 
 
-def _clear(problem: ContactQPCC) -> bool:
-    """Whether the diagonal stands out of the rounding of the squares."""
+def _diagonal_is_clear(problem: ContactQPCC) -> bool:
+    """Whether the diagonal exceeds the rounding of the low-rank factor."""
     least = float(problem.diagonal.min())
     return least > ROUNDING * float(problem.hessian.diagonal().max())
 
 
-class _Full:
-    """H as it is."""
+class _DenseObjective:
+    """H as a matrix."""
 
     def __init__(self, problem: ContactQPCC, scale: FloatArray, c: FloatArray, size: float) -> None:
         self.c = c
@@ -89,7 +89,7 @@ class _Full:
         hessian *= (scale / size)[:, None]
         self._hessian = hessian
         self._count = nu
-        # The slopes in the forces.
+        # The gradient in the forces.
         self.outputs = np.concatenate([c[nu:, None], hessian[nu:]], axis=1)
 
     def times(self, z: FloatArray) -> FloatArray:
@@ -99,43 +99,43 @@ class _Full:
     def matrix(self) -> FloatArray:
         return self._hessian
 
-    def eliminated(self, elimination: Elimination) -> Eliminated:
+    def reduced(self, elimination: ForceElimination) -> ReducedObjective:
         nu = self._count
-        start, forces = elimination.affine[:, 0], elimination.affine[:, 1:]
+        start, forces = elimination.forces[:, 0], elimination.forces[:, 1:]
         slope, slopes = elimination.outputs[:, 0], elimination.outputs[:, 1:]
-        half = forces.T @ (self._hessian[nu:, :nu] + slopes)
-        half += half.T
-        half *= 0.5
-        half += self._hessian[:nu, :nu]
+        hessian = forces.T @ (self._hessian[nu:, :nu] + slopes)
+        hessian += hessian.T
+        hessian *= 0.5
+        hessian += self._hessian[:nu, :nu]
         gradient = self.c[:nu] + start @ self._hessian[nu:, :nu] + slope @ forces
-        return Eliminated(half, gradient, 0.5 * float(start @ (self.c[nu:] + slope)))
+        return ReducedObjective(hessian, gradient, 0.5 * float(start @ (self.c[nu:] + slope)))
 
 
-class _Squares:
-    """H = diag(d, 0) + S'S."""
+class _LowRankObjective:
+    """H = diag(d, 0) + N'N."""
 
     def __init__(self, problem: ContactQPCC, scale: FloatArray, c: FloatArray, size: float) -> None:
         self.c = c
         self._count = problem.control_count
         self._diagonal = problem.diagonal * scale[: self._count] ** 2 / size
-        self._rows = problem.squares * (scale / np.sqrt(size))
-        self.outputs = np.concatenate([np.zeros((len(self._rows), 1)), self._rows], axis=1)
+        self._factor = problem.squares * (scale / np.sqrt(size))
+        self.outputs = np.concatenate([np.zeros((len(self._factor), 1)), self._factor], axis=1)
 
     def times(self, z: FloatArray) -> FloatArray:
-        product: FloatArray = (self._rows @ z) @ self._rows
+        product: FloatArray = (self._factor @ z) @ self._factor
         product[: self._count] += self._diagonal * z[: self._count]
         return product
 
     def matrix(self) -> FloatArray:
-        whole: FloatArray = self._rows.T @ self._rows
+        whole: FloatArray = self._factor.T @ self._factor
         each = np.arange(self._count)
         whole[each, each] += self._diagonal
         return whole
 
-    def eliminated(self, elimination: Elimination) -> Eliminated:
+    def reduced(self, elimination: ForceElimination) -> ReducedObjective:
         nu = self._count
-        start, forces = elimination.affine[:, 0], elimination.affine[:, 1:]
-        first, rows = elimination.outputs[:, 0], elimination.outputs[:, 1:]
-        gradient = self.c[:nu] + self.c[nu:] @ forces + first @ rows
+        start, forces = elimination.forces[:, 0], elimination.forces[:, 1:]
+        first, factor = elimination.outputs[:, 0], elimination.outputs[:, 1:]
+        gradient = self.c[:nu] + self.c[nu:] @ forces + first @ factor
         constant = float(self.c[nu:] @ start) + 0.5 * float(first @ first)
-        return Eliminated(DiagonalPlusLowRank(self._diagonal, rows), gradient, constant)
+        return ReducedObjective(DiagonalPlusLowRank(self._diagonal, factor), gradient, constant)

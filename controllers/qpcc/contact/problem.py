@@ -1,4 +1,4 @@
-"""The contact QPCC of one control step (docs/method.md section 4, equation 11), free of any engine.
+"""The contact form of a QPCC: the control problem of one step (docs/method.md, equation 11).
 
 Minimise ``1/2 z'Qz + c'z + c0`` over the controls u and the contact impulses f, ``z = (u, f)``,
 subject to ``lower <= u <= upper`` and, for every contact, Coulomb's law on a linearised cone with
@@ -9,8 +9,8 @@ velocity:
     0 <= beta_j _|_  d_j . w_t + lam >= 0          f_t = sum_j S_j beta_j d_j
     0 <= lam    _|_  mu f_n - sum_j beta_j >= 0
 
-S scales the force of each direction and not its velocity: friction opposes the sliding, as in the
-simulator, and has the size that belongs to that way (docs/qpcc.md).
+The factors S scale the force of each direction and not its velocity: friction opposes the sliding,
+as in the simulator, and its size depends on the direction (docs/qpcc.md).
 """
 
 from __future__ import annotations
@@ -28,14 +28,15 @@ from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import FrozenValue
 
 SYMMETRY_TOLERANCE = 1e-3
-"""Relative asymmetry of ``velocity_from_forces`` that passes for rounding (float32: 1e-4)."""
+"""Relative asymmetry of ``velocity_from_forces`` up to which it may be rounding (1e-4 of it in
+single precision)."""
 
 CONVEXITY_TOLERANCE = 1e-9
-"""Relative size of a negative eigenvalue of the Hessian that passes for rounding."""
+"""Relative size of a negative eigenvalue of the Hessian up to which it may be rounding."""
 
 
 def uniform_directions(count: int = 8) -> FloatArray:
-    """``count`` unit vectors of the tangent plane at equal angles, the first along tangent 1."""
+    """Unit vectors (count, 2) of the tangent plane at equal angles, the first along tangent 1."""
     count = checks.whole("count of uniform_directions", count, low=3, high=10_000)
     copy: FloatArray = _uniform(count).copy()
     return copy
@@ -48,7 +49,7 @@ def _uniform(count: int) -> FloatArray:
 
 
 def _ones() -> FloatArray:
-    """Stands for factors of one, whose shape only the other arrays tell."""
+    """The default of the factors, ones, whose shape depends on the other arrays."""
     return np.zeros(0)
 
 
@@ -72,11 +73,12 @@ class ContactQPCC(FrozenValue):
         velocity_offset: w0, (3K,), m/s; normal rows include gap / dt.
         velocity_from_controls: Wu, (3K, nu).
         velocity_from_forces: Wf, (3K, 3K), the Delassus matrix, symmetric up to rounding.
-        friction: mu, (K,), or one number for all contacts.
+        friction: mu, (K,), >= 0, or one number for all contacts.
         directions: d_j, (m, 2) unit vectors ordered by angle, no gap of half a turn or more.
-        factors: S, (K, m), > 0: on the friction, by the direction of the force; default ones.
-        squares: (r, nu + 3K), whose squares and a diagonal over the controls are Q, where that is
-            known: with few rows a solve then costs less.
+        factors: S, (K, m), > 0, on the friction by the direction of the force; default ones.
+        squares: N, (r, nu + 3K), with ``Q = diag(d, 0) + N'N`` for a diagonal d over the controls,
+            where that is known: the objective is then a sum of r squares and of the controls', and
+            with few rows a solve costs less. Default none.
     """
 
     hessian: FloatArray
@@ -93,7 +95,7 @@ class ContactQPCC(FrozenValue):
     squares: FloatArray = field(default_factory=_no_squares)
 
     def __post_init__(self) -> None:
-        """Convert, then check shapes, numbers and convexity."""
+        """Convert, then check cones, numbers and convexity."""
         for name in (entry.name for entry in fields(self)):
             value = getattr(self, name)
             if name != "constant":
@@ -129,7 +131,7 @@ class ContactQPCC(FrozenValue):
 
     @cached_property
     def diagonal(self) -> FloatArray:
-        """What Q has on its diagonal beyond the squares, (nu,)."""
+        """The diagonal d of ``Q = diag(d, 0) + N'N``, (nu,)."""
         own: FloatArray = self.hessian.diagonal() - np.einsum(
             "ij,ij->j", self.squares, self.squares
         )
@@ -137,7 +139,7 @@ class ContactQPCC(FrozenValue):
 
     @cached_property
     def scales(self) -> tuple[float, float]:
-        """Typical contact velocity (m/s) and impulse (N s): what "scaled" refers to everywhere."""
+        """Typical contact velocity (m/s) and impulse (N s), the units of scaled quantities."""
         reach = 0.5 * (self.upper - self.lower)
         reach = np.where(np.isfinite(reach) & (reach > 0.0), reach, 1.0)
         spread = np.sqrt((self.velocity_from_controls**2) @ (reach**2))
@@ -218,7 +220,7 @@ class ContactQPCC(FrozenValue):
             )
 
     def _check_squares(self) -> None:
-        """Q is what the squares say, so that it is symmetric and semidefinite."""
+        """Refuse a Q that is not ``diag(d, 0) + N'N`` with d >= 0, and so semidefinite."""
         size = float(self.hessian.diagonal().max())
         rest = self.squares.T @ self.squares
         rest -= self.hessian
@@ -240,7 +242,7 @@ def _check_symmetric(name: str, matrix: FloatArray, tolerance: float) -> None:
 
 @lru_cache(maxsize=8)
 def _check_directions(stored: bytes) -> None:
-    """Kept between steps, which share their directions."""
+    """Refuse what are no directions; the answer is kept, as steps share their directions."""
     directions = np.frombuffer(stored).reshape(-1, 2)
     following = np.roll(directions, -1, axis=0)
     turn = directions[:, 0] * following[:, 1] - directions[:, 1] * following[:, 0]

@@ -7,20 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from warp_softbody.arrays import BoolArray, FloatArray
-from warp_softbody.controllers.qpcc.contact.local_search import LocalMinimum, Search
-from warp_softbody.controllers.qpcc.contact.mode_qp import Node
+from warp_softbody.controllers.qpcc.contact.local_search import ContactSearch, LocalMinimum
+from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 
 WORTH = 0.5
-"""Static contacts up to this share of the value above a minimum are still descended from: on
-``balance-i`` that halves the gap that descending from better ones alone leaves; 1 gains no more."""
+"""How far above a minimum, relative to its value, static contacts are still descended from: on
+``balance-i`` that halves the gap left by descending from better ones alone; 1 gains no more."""
 
 
-def static_modes(search: Search, touching: BoolArray | None) -> tuple[int, ...]:
+def static_modes(search: ContactSearch, touching: BoolArray | None) -> tuple[int, ...]:
     """Touching contacts stick, by default all; the others lift."""
-    count = search.reduced.problem.contact_count
+    count = search.scaled.problem.contact_count
     if touching is None:
         return (STICK,) * count
     try:
@@ -34,31 +34,31 @@ def static_modes(search: Search, touching: BoolArray | None) -> tuple[int, ...]:
 
 
 def warm_minima(
-    search: Search, start: Sequence[int] | FloatArray | None, static: tuple[int, ...]
+    search: ContactSearch, start: Sequence[int] | FloatArray | None, static: tuple[int, ...]
 ) -> list[LocalMinimum]:
-    """Descents from the start and from static contacts; none if neither has a point.
+    """Local minima below the start and static contacts; none if neither has a point.
 
-    Static contacts are looked at in every step, so that the result is never worse than they are;
-    where a bound shows that their QP ends far above the start's, it is not solved to the end.
+    The QP of static contacts is solved in every step, so that the result is never worse; where a
+    bound shows that it ends far above that of the start it is not solved to the end.
     """
-    root = None if start is None else search.visit(_checked(search, start))
+    root = None if start is None else search.visit(_checked_modes(search, start))
     if root is None:
         root = search.visit(static)
         return [] if root is None else [search.descend(root)]
     still = search.visit(static, limit=_worth(root))
     minima = [search.descend(root)]
-    if still is not None and still.value <= _worth(minima[0].node):
+    if still is not None and still.value <= _worth(minima[0].minimiser):
         minima.append(search.descend(still))
     return minima
 
 
-def _worth(node: Node) -> float:
-    return node.value + WORTH * abs(node.value)
+def _worth(minimiser: ModeMinimiser) -> float:
+    return minimiser.value + WORTH * abs(minimiser.value)
 
 
-def _checked(search: Search, start: Sequence[int] | FloatArray) -> tuple[int, ...]:
-    count = search.reduced.problem.contact_count
-    highest = search.reduced.table.valid.shape[1]
+def _checked_modes(search: ContactSearch, start: Sequence[int] | FloatArray) -> tuple[int, ...]:
+    count = search.scaled.problem.contact_count
+    highest = search.scaled.table.valid.shape[1]
     wanted = f"{count} modes from 0 to {highest - 1}"
     given = checks.several("start", start, wanted)
     if len(given) != count:

@@ -29,8 +29,6 @@ BRANCH_PAIRS = 40
 BRANCH_SHARE = 0.5
 """Share of the budget of QPs that branch and bound may use."""
 
-UNUSABLE = (QPCCStatus.INFEASIBLE, QPCCStatus.NO_POINT, QPCCStatus.UNBOUNDED)
-
 
 def solve_general(
     problem: QPCC, start: Sequence[int] | FloatArray | None, options: SolverOptions, seed: int
@@ -95,7 +93,7 @@ def _finish(search: GeneralSearch) -> GeneralResult:
             multipliers = _multipliers(general, best)
             stationarity = _stationarity(general, x, multipliers, sides)
     off, out = problem.complementarity(x), problem.feasibility(x)
-    if not max(off, out) <= search.options.tolerance and status not in UNUSABLE:
+    if not max(off, out) <= search.options.tolerance and status.usable:
         status = QPCCStatus.INACCURATE
     return GeneralResult(
         x=x,

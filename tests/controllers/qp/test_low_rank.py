@@ -16,7 +16,7 @@ from warp_softbody.controllers.qp.diagonal_plus_low_rank import (
 )
 from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
-from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.errors import InputError
 
 EFFORT = 1e-2
@@ -35,7 +35,7 @@ def with_squares(problem: ContactQPCC) -> ContactQPCC:
 @pytest.mark.parametrize("contacts", [1, 4])
 def test_every_choice_of_modes_has_the_same_minimum(contacts: int) -> None:
     plain = soft_body(3, contacts=contacts, controls=40)
-    one, other = (ReducedProblem(p, DAQPSolver()) for p in (plain, with_squares(plain)))
+    one, other = (ScaledContactQPCC(p, DAQPSolver()) for p in (plain, with_squares(plain)))
     rng = np.random.default_rng(0)
     for _ in range(30):
         modes = tuple(int(mode) for mode in rng.integers(0, 18, size=contacts))
@@ -44,13 +44,13 @@ def test_every_choice_of_modes_has_the_same_minimum(contacts: int) -> None:
         if here is not None and there is not None:
             # Curvatures span a factor of 1e4, and rows are met to 1e-10.
             np.testing.assert_allclose(here.controls, there.controls, atol=1e-6)
-            np.testing.assert_allclose(here.slopes, there.slopes, atol=1e-6)
+            np.testing.assert_allclose(here.multipliers, there.multipliers, atol=1e-6)
             np.testing.assert_allclose(here.value, there.value, rtol=1e-9, atol=1e-9)
 
 
 def test_a_limit_ends_the_same_solves_early() -> None:
     plain = soft_body(5, contacts=4, controls=40)
-    one, other = (ReducedProblem(p, DAQPSolver()) for p in (plain, with_squares(plain)))
+    one, other = (ScaledContactQPCC(p, DAQPSolver()) for p in (plain, with_squares(plain)))
     rng = np.random.default_rng(0)
     refused = 0
     for _ in range(30):

@@ -19,7 +19,7 @@ from warp_softbody.controllers import (
 )
 from warp_softbody.controllers.qp.daqp import DAQPSolver
 from warp_softbody.controllers.qp.piqp import PIQPSolver
-from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.errors import InputError
 
 SHORT = SolverOptions(max_qps=60, kicks=6)
@@ -167,7 +167,7 @@ def test_a_cold_start_is_seldom_worse_than_a_kicked_one() -> None:
 @pytest.mark.parametrize("contacts", [2, 8])
 def test_the_two_qp_solvers_agree(contacts: int) -> None:
     problem = soft_body(1, contacts=contacts, controls=16)
-    fast, slow = (ReducedProblem(problem, b) for b in (DAQPSolver(), PIQPSolver()))
+    fast, slow = (ScaledContactQPCC(problem, b) for b in (DAQPSolver(), PIQPSolver()))
     rng = np.random.default_rng(0)
     for _ in range(30):
         modes = tuple(int(mode) for mode in rng.integers(0, 18, size=contacts))

@@ -15,8 +15,8 @@ from warp_softbody.controllers.qpcc.contact.complementarity_form import (
     force_map,
     full_point,
 )
-from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact, lemke
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 from warp_softbody.controllers.qpcc.result import QPCCResult, QPCCStatus, SolverOptions
 from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc, solve_static
@@ -183,12 +183,12 @@ def test_without_time_the_forward_point_is_returned() -> None:
 def test_the_forward_problem_is_solved_at_any_controls() -> None:
     for seed, contacts in itertools.product(range(15), (1, 4, 8)):
         problem = soft_body(seed, contacts=contacts, controls=10)
-        reduced = ReducedProblem(problem, PIQPSolver())
+        scaled = ScaledContactQPCC(problem, PIQPSolver())
         controls = np.random.default_rng(seed).uniform(-1.0, 1.0, size=10)
-        found = forward_contact(reduced, controls)
+        found = forward_contact(scaled, controls)
         assert found is not None
-        forces = reduced.points_at(controls, found[1])[:, :3] * reduced.impulse
-        u = controls * reduced.control_scale
+        forces = scaled.points_at(controls, found[1])[:, :3] * scaled.impulse
+        u = controls * scaled.control_scale
         assert complementarity(problem, u, forces) < 1e-9
         x = full_point(problem, u, forces)
         np.testing.assert_allclose(force_map(problem) @ x, np.r_[u, forces.ravel()], atol=1e-12)

@@ -11,7 +11,7 @@ import pytest
 from tests.support.contact_problems import repeated, soft_body
 from warp_softbody.controllers import ContactQPCC, QPCCStatus, SolverOptions
 from warp_softbody.controllers.qp.daqp import DAQPSolver
-from warp_softbody.controllers.qpcc.contact.force_elimination import ReducedProblem
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.errors import InputError
 
@@ -62,23 +62,23 @@ def test_redundant_contacts_that_disagree_hold_nowhere() -> None:
     """Two contacts at one place whose gaps differ cannot both close; one of them can."""
     problem = repeated(soft_body(0, contacts=2, controls=8), [0, 1, 0])
     offset = problem.velocity_offset.copy()
-    reduced = ReducedProblem(problem, DAQPSolver())
-    assert reduced.solve((1, 1, 1)) is not None
+    scaled = ScaledContactQPCC(problem, DAQPSolver())
+    assert scaled.solve((1, 1, 1)) is not None
     offset[6] += 1e-5 * problem.scales[0]
-    reduced = ReducedProblem(replace(problem, velocity_offset=offset), DAQPSolver())
-    assert reduced.solve((1, 1, 1)) is None
-    assert reduced.solve((1, 1, 0)) is not None
+    scaled = ScaledContactQPCC(replace(problem, velocity_offset=offset), DAQPSolver())
+    assert scaled.solve((1, 1, 1)) is None
+    assert scaled.solve((1, 1, 0)) is not None
 
 
 def test_a_limit_above_the_value_changes_nothing_and_one_below_ends_early() -> None:
     for seed, modes in itertools.product(range(4), [(1, 1, 1, 1), (2, 1, 11, 0)]):
-        reduced = ReducedProblem(soft_body(seed, contacts=4, controls=12), DAQPSolver())
-        node = reduced.solve(modes)
+        scaled = ScaledContactQPCC(soft_body(seed, contacts=4, controls=12), DAQPSolver())
+        node = scaled.solve(modes)
         if node is None:
             continue
-        above = reduced.solve(modes, limit=node.value + 1e-6)
+        above = scaled.solve(modes, limit=node.value + 1e-6)
         assert above is not None and above.value == node.value
-        assert reduced.solve(modes, limit=node.value - 1e-6) is None
+        assert scaled.solve(modes, limit=node.value - 1e-6) is None
 
 
 def test_a_short_reach_saves_qps_and_an_endless_one_changes_nothing() -> None:

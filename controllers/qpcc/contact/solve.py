@@ -1,0 +1,172 @@
+"""The solvers of the contact form, and what their result claims."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from warp_softbody.arrays import BoolArray, FloatArray
+from warp_softbody.controllers.qp.daqp import DAQPSolver
+from warp_softbody.controllers.qpcc.contact.cold_start import cold_minima
+from warp_softbody.controllers.qpcc.contact.complementarity_form import full_point, scaled_residual
+from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
+from warp_softbody.controllers.qpcc.contact.local_search import ContactSearch, LocalMinimum
+from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
+from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
+from warp_softbody.controllers.qpcc.contact.mode_table import LIFT
+from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
+from warp_softbody.controllers.qpcc.contact.warm_start import static_modes, warm_minima
+from warp_softbody.controllers.qpcc.result import (
+    ContactMultipliers,
+    QPCCResult,
+    QPCCStatus,
+    SolverOptions,
+)
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import array_checks
+
+ENUMERATION_LIMIT = 4
+"""Most contacts of ``enumerate_contact``: 18^4 QPs with 8 directions already take a minute."""
+
+
+def solve_contact(
+    problem: ContactQPCC,
+    start: Sequence[int] | FloatArray | None,
+    options: SolverOptions,
+    seed: int,
+    fallback_controls: FloatArray | None,
+    touching: BoolArray | None,
+) -> QPCCResult:
+    """Search for the best point (``solve_qpcc``)."""
+    search = _search(problem, options)
+    controls = _scaled_controls(search.scaled, fallback_controls)
+    static = static_modes(search, touching)
+    if start is None and options.starts:
+        minima = cold_minima(search, static, seed)
+    else:
+        minima = warm_minima(search, start, static)
+    if not minima:
+        forward = forward_contact(search.scaled, controls)
+        root = None if forward is None else search.visit(forward[0])
+        if root is None:
+            return _forward_result(search, controls, forward)
+        minima = [search.descend(root)]
+    best = search.lowest(minima)
+    held = start is not None and best.minimiser.modes == tuple(start)
+    if options.kick_held or not held:
+        best = search.perturb(minima)
+    return _finish(search, best.minimiser, _status(best))
+
+
+def solve_contact_static(
+    problem: ContactQPCC,
+    options: SolverOptions,
+    fallback_controls: FloatArray | None,
+    touching: BoolArray | None,
+) -> QPCCResult:
+    """The static-contact baseline (``solve_static``)."""
+    search = _search(problem, options)
+    controls = _scaled_controls(search.scaled, fallback_controls)
+    minimiser = search.visit(static_modes(search, touching))
+    if minimiser is None:
+        return _forward_result(search, controls, forward_contact(search.scaled, controls))
+    return _finish(search, minimiser, QPCCStatus.STATIC)
+
+
+def enumerate_contact(problem: ContactQPCC) -> QPCCResult:
+    """The global minimum, by one QP for every combination of modes (``enumerate_qpcc``)."""
+    if problem.contact_count > ENUMERATION_LIMIT:
+        raise InputError(
+            f"enumeration takes at most {ENUMERATION_LIMIT} contacts, got {problem.contact_count}"
+        )
+    search = _search(problem, SolverOptions(max_qps=10**9))
+    valid = [np.flatnonzero(row) for row in search.scaled.table.valid]
+    best: ModeMinimiser | None = None
+    for modes in itertools.product(*valid):
+        minimiser = search.scaled.solve(tuple(int(mode) for mode in modes))
+        if minimiser is not None and (best is None or minimiser.value < best.value):
+            best = minimiser
+    if best is None:
+        return _forward_result(search, _scaled_controls(search.scaled, None), None)
+    return _finish(search, best, QPCCStatus.GLOBAL)
+
+
+def _search(problem: ContactQPCC, options: SolverOptions) -> ContactSearch:
+    """A search over the problem, with its clock started."""
+    qp_solver = DAQPSolver(tolerance=options.qp_tolerance)
+    return ContactSearch(ScaledContactQPCC(problem, qp_solver), options)
+
+
+def _scaled_controls(scaled: ScaledContactQPCC, controls: FloatArray | None) -> FloatArray:
+    """The fallback controls, clipped to their bounds and scaled."""
+    own = scaled.problem
+    given = np.zeros(own.control_count) if controls is None else controls
+    given = array_checks.array("fallback_controls", given, own.lower.shape)
+    clipped: FloatArray = np.clip(given, own.lower, own.upper) / scaled.control_scale
+    return clipped
+
+
+def _status(minimum: LocalMinimum) -> QPCCStatus:
+    """What is known of a local minimum."""
+    if minimum.strongly_stationary:
+        return QPCCStatus.STRONGLY_STATIONARY
+    return QPCCStatus.NO_IMPROVING_FLIP if minimum.complete else QPCCStatus.BUDGET
+
+
+def _forward_result(
+    search: ContactSearch, controls: FloatArray, forward: tuple[tuple[int, ...], FloatArray] | None
+) -> QPCCResult:
+    """The solution of the forward contact problem, which ignores the objective."""
+    scaled = search.scaled
+    count = scaled.problem.contact_count
+    forward = forward or forward_contact(scaled, controls)
+    status = QPCCStatus.NO_POINT if forward is None else QPCCStatus.FALLBACK_LCP
+    modes, force = forward or ((LIFT,) * count, np.zeros(3 * count))
+    minimiser = ModeMinimiser(
+        modes=modes,
+        controls=controls,
+        points=scaled.points_at(controls, force),
+        compute_multipliers=lambda: np.zeros((count, 6)),
+        value=np.nan,
+        stationarity=np.nan,
+    )
+    return _finish(search, minimiser, status)
+
+
+def _finish(search: ContactSearch, minimiser: ModeMinimiser, status: QPCCStatus) -> QPCCResult:
+    """The result in the problem's own units, with residuals computed anew from all pairs."""
+    scaled = search.scaled
+    problem, minimiser = scaled.problem, scaled.polish(minimiser)
+    controls, forces = scaled.unscale(minimiser.controls, minimiser.points)
+    x, velocities = full_point(problem, controls, forces), problem.velocity(controls, forces)
+    off = scaled_residual(problem, x, velocities)
+    if not off <= search.options.tolerance and status.usable:
+        status = QPCCStatus.INACCURATE
+    outside = np.maximum(problem.lower - controls, controls - problem.upper)
+    stationarity, multipliers = np.nan, None
+    if np.isfinite(minimiser.stationarity):
+        slopes, rest, stationarity = scaled.kkt_residual(minimiser)
+        multipliers = ContactMultipliers(
+            force=slopes[:, :3] * (scaled.value_scale / scaled.impulse),
+            velocity=slopes[:, 3:] * (scaled.value_scale / scaled.speed),
+            controls=rest * (scaled.value_scale / scaled.control_scale),
+        )
+    return QPCCResult(
+        x=x,
+        controls=controls,
+        forces=forces,
+        velocities=velocities,
+        modes=minimiser.modes,
+        objective=problem.objective(controls, forces),
+        complementarity=off,
+        feasibility=max(0.0, float(np.max(outside))),
+        stationarity=stationarity,
+        multipliers=multipliers,
+        qp_count=search.qp_count,
+        seconds=time.perf_counter() - search.started,
+        status=status,
+        message=f"{status.value}; {search.qp_count} QPs, complementarity {off:.1e}",
+    )
