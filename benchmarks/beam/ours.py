@@ -31,7 +31,7 @@ class OurBeam:
             time_step=time_step, precision=precision, max_iterations=MOST_ITERATIONS, **options
         )
         # the system that residuals are recomputed for is the warped one of linear tets
-        self._plain = set(options) <= {"threads", "tolerance"}
+        self._plain = set(options) <= {"threads", "tolerance", "preconditioner"}
         model = build_model(Scene(character=body, gravity=(0.0, 0.0, -GRAVITY)), settings)
         self._stepper = Stepper(model)
         self._states = [State.at_rest(model), State.at_rest(model)]
