@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from warp_softbody.inputs.option_fields import check_options, described, option
@@ -19,68 +19,89 @@ PLANNED_CONES: tuple[PlannedCone, ...] = get_args(PlannedCone)
 class ControlOptions:
     """Settings of the control solver, validated on construction; each field describes itself."""
 
-    method: Method = option(
-        "qpcc",
-        ChoiceKind(METHODS),
-        "how activations are found: by the contact QPCC, or by a QP that takes every contact for "
-        "static (the baseline of the paper)",
-        flag=False,
-        knob="method",
-        short="",
+    method: Method = field(
+        default="qpcc",
+        metadata=option(
+            ChoiceKind(METHODS),
+            "how activations are found: by the contact QPCC, or by a QP that takes every contact "
+            "for static (the baseline of the paper)",
+            flag=False,
+            knob="method",
+            short="",
+        ),
     )
-    max_qps: int = option(
-        16,
-        WholeKind(low=1),
-        "QPs of one step",
-        knob="qps",
-        short="QPs",
+    max_qps: int = field(
+        default=16,
+        metadata=option(
+            WholeKind(low=1),
+            "QPs of one step",
+            knob="qps",
+            short="QPs",
+        ),
     )
-    kicks: int = option(
-        2,
-        WholeKind(low=0),
-        "how often a step leaves a local minimum by forcing one contact into another mode; each "
-        "kick costs one to three QPs",
+    kicks: int = field(
+        default=2,
+        metadata=option(
+            WholeKind(low=0),
+            "how often a step leaves a local minimum by forcing one contact into another mode; "
+            "each kick costs one to three QPs",
+        ),
     )
-    kick_patience: int = option(
-        1,
-        WholeKind(low=0),
-        "kicks in a row without a better minimum after which a step tries no more",
+    kick_patience: int = field(
+        default=1,
+        metadata=option(
+            WholeKind(low=0),
+            "kicks in a row without a better minimum after which a step tries no more",
+        ),
     )
-    kick_reach: float = option(
-        1.0,
-        NumberKind(above=0.0),
-        "how far above the best objective, as a share of its size, a kick's first QP may end; "
-        "beyond it the kick is given up",
+    kick_reach: float = field(
+        default=1.0,
+        metadata=option(
+            NumberKind(above=0.0),
+            "how far above the best objective, as a share of its size, a kick's first QP may end; "
+            "beyond it the kick is given up",
+        ),
     )
-    kick_pause: int = option(
-        8,
-        WholeKind(low=0),
-        "steps of unchanged contact modes that go without kicks after one whose kicks found "
-        "nothing",
+    kick_pause: int = field(
+        default=8,
+        metadata=option(
+            WholeKind(low=0),
+            "steps of unchanged contact modes that go without kicks after one whose kicks found "
+            "nothing",
+        ),
     )
-    calm_objective: float = option(
-        0.01,
-        NumberKind(low=0.0),
-        "objective below which the next step goes without kicks; in the units of the shipped "
-        "controllers, momentum rows over m g dt, 0.01 is a missing force of a tenth of the weight",
+    calm_objective: float = field(
+        default=0.01,
+        metadata=option(
+            NumberKind(low=0.0),
+            "objective below which the next step goes without kicks; in the units of the shipped "
+            "controllers, momentum rows over m g dt, 0.01 is a missing force of a tenth of the "
+            "weight",
+        ),
     )
-    planned_cone: PlannedCone = option(
-        8,
-        ChoiceKind(PLANNED_CONES),
-        "directions of the friction cones that a step is planned with",
-        knob="plan_cone",
-        short="planned cone",
+    planned_cone: PlannedCone = field(
+        default=8,
+        metadata=option(
+            ChoiceKind(PLANNED_CONES),
+            "directions of the friction cones that a step is planned with",
+            knob="plan_cone",
+            short="planned cone",
+        ),
     )
-    response_tolerance: float = option(
-        1e-3,
-        NumberKind(above=0.0, below=1.0),
-        "relative residual at which the solve for the body's response to the controller's rows "
-        "stops",
+    response_tolerance: float = field(
+        default=1e-3,
+        metadata=option(
+            NumberKind(above=0.0, below=1.0),
+            "relative residual at which the solve for the body's response to the controller's "
+            "rows stops",
+        ),
     )
-    max_response_iterations: int = option(
-        400,
-        WholeKind(low=1),
-        "iterations of that solve; one that needs more is counted as not converged",
+    max_response_iterations: int = field(
+        default=400,
+        metadata=option(
+            WholeKind(low=1),
+            "iterations of that solve; one that needs more is counted as not converged",
+        ),
     )
 
     def __post_init__(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from warp_softbody.errors import InputError
@@ -38,108 +38,137 @@ body comes to rest."""
 class SimulationOptions:
     """Settings of the stepper, validated on construction; each field describes itself."""
 
-    time_step: float = option(
-        1.0 / 120.0,
-        NumberKind(low=SHORTEST_STEP, high=LONGEST_STEP, unit="s"),
-        "longest time step; a run shortens it to a whole number of steps in a frame",
-        knob="time_step",
-        short="dt",
+    time_step: float = field(
+        default=1.0 / 120.0,
+        metadata=option(
+            NumberKind(low=SHORTEST_STEP, high=LONGEST_STEP, unit="s"),
+            "longest time step; a run shortens it to a whole number of steps in a frame",
+            knob="time_step",
+            short="dt",
+        ),
     )
-    precision: Precision = option(
-        "auto",
-        ChoiceKind(PRECISIONS),
-        "floating-point type of the state and of every solve; auto takes float32 where its "
-        "rounding is small beside what a step changes, and float64 elsewhere",
-        knob="precision",
-        short="",
+    precision: Precision = field(
+        default="auto",
+        metadata=option(
+            ChoiceKind(PRECISIONS),
+            "floating-point type of the state and of every solve; auto takes float32 where its "
+            "rounding is small beside what a step changes, and float64 elsewhere",
+            knob="precision",
+            short="",
+        ),
     )
-    tangent: Tangent = option(
-        "warped",
-        ChoiceKind(TANGENTS),
-        "stiffness matrix of the implicit step and of stiffness damping: rest stiffness turned "
-        "with each tet, which costs least; conserving includes the change of the rotations, so "
-        "that a free body keeps its angular momentum to rounding; exact is the derivative of the "
-        "elastic force, made positive semidefinite",
-        knob="tangent",
+    tangent: Tangent = field(
+        default="warped",
+        metadata=option(
+            ChoiceKind(TANGENTS),
+            "stiffness matrix of the implicit step and of stiffness damping: rest stiffness "
+            "turned with each tet, which costs least; conserving includes the change of the "
+            "rotations, so that a free body keeps its angular momentum to rounding; exact is the "
+            "derivative of the elastic force, made positive semidefinite",
+            knob="tangent",
+        ),
     )
-    elements: Elements = option(
-        "linear",
-        ChoiceKind(ELEMENTS),
-        "four-node tets; smoothed ones take their forces from strains averaged over edges and "
-        "nodes, which relieves locking in bending and near incompressibility, and go with the "
-        "warped tangent alone",
-        knob="elements",
-        short="",
+    elements: Elements = field(
+        default="linear",
+        metadata=option(
+            ChoiceKind(ELEMENTS),
+            "four-node tets; smoothed ones take their forces from strains averaged over edges and "
+            "nodes, which relieves locking in bending and near incompressibility, and go with the "
+            "warped tangent alone",
+            knob="elements",
+            short="",
+        ),
     )
-    cone: Cone = option(
-        "smooth",
-        ChoiceKind(CONES),
-        "friction cone, smooth or a polygon of so many directions, evenly spread from the "
-        "contact's first tangent, which lies along x where possible; on a polygon a sliding node "
-        "takes the friction that dissipates most",
-        knob="cone",
+    cone: Cone = field(
+        default="smooth",
+        metadata=option(
+            ChoiceKind(CONES),
+            "friction cone, smooth or a polygon of so many directions, evenly spread from the "
+            "contact's first tangent, which lies along x where possible; on a polygon a sliding "
+            "node takes the friction that dissipates most",
+            knob="cone",
+        ),
     )
-    newton_iterations: int = option(
-        1,
-        WholeKind(low=1),
-        "Newton iterations of a step; 1 is the linearly implicit step, more approach the implicit "
-        "Euler step, each for the price of a step",
-        knob="newton_iterations",
-        short="Newton",
+    newton_iterations: int = field(
+        default=1,
+        metadata=option(
+            WholeKind(low=1),
+            "Newton iterations of a step; 1 is the linearly implicit step, more approach the "
+            "implicit Euler step, each for the price of a step",
+            knob="newton_iterations",
+            short="Newton",
+        ),
     )
-    device: str = option(
-        "cpu",
-        TextKind(pattern=DEVICE, wanted='"cpu", "cuda" or "cuda:0"'),
-        "name of a Warp device",
-        moves=False,
+    device: str = field(
+        default="cpu",
+        metadata=option(
+            TextKind(pattern=DEVICE, wanted='"cpu", "cuda" or "cuda:0"'),
+            "name of a Warp device",
+            moves=False,
+        ),
     )
-    threads: int = option(
-        1,
-        WholeKind(low=1, high=1024),
-        "threads that assemble forces and matrix side by side, on the CPU; worth while from some "
-        "ten thousand tets",
-        moves=False,
-        knob="threads",
+    threads: int = field(
+        default=1,
+        metadata=option(
+            WholeKind(low=1, high=1024),
+            "threads that assemble forces and matrix side by side, on the CPU; worth while from "
+            "some ten thousand tets",
+            moves=False,
+            knob="threads",
+        ),
     )
-    tolerance: float | None = option(
-        None,
-        NumberKind(above=0.0, below=1.0),
-        "residual of the linear solve, relative to its right-hand side, at which it stops; fixed "
-        "nodes are not counted",
-        unset="where it adds a twentieth to the error of the time step, or at 1e-5 in float32 and "
-        "1e-6 in float64; in controlled scenes always at these",
-        knob="tolerance",
+    tolerance: float | None = field(
+        default=None,
+        metadata=option(
+            NumberKind(above=0.0, below=1.0),
+            "residual of the linear solve, relative to its right-hand side, at which it stops; "
+            "fixed nodes are not counted",
+            unset="where it adds a twentieth to the error of the time step, or at 1e-5 in float32 "
+            "and 1e-6 in float64; in controlled scenes always at these",
+            knob="tolerance",
+        ),
     )
-    max_iterations: int = option(
-        400,
-        WholeKind(low=1),
-        "conjugate gradient iterations of one contact pass; a solve that needs more is counted as "
-        "not converged",
+    max_iterations: int = field(
+        default=400,
+        metadata=option(
+            WholeKind(low=1),
+            "conjugate gradient iterations of one contact pass; a solve that needs more is "
+            "counted as not converged",
+        ),
     )
-    max_contact_passes: int = option(
-        80,
-        WholeKind(low=1),
-        "active-set passes of one step in which contact modes are sought; where they have not "
-        "settled then, up to twenty more only let nodes go",
+    max_contact_passes: int = field(
+        default=80,
+        metadata=option(
+            WholeKind(low=1),
+            "active-set passes of one step in which contact modes are sought; where they have not "
+            "settled then, up to twenty more only let nodes go",
+        ),
     )
-    preconditioner: PreconditionerChoice = option(
-        "auto",
-        ChoiceKind(PRECONDITIONERS),
-        "of conjugate gradients: a sparse factor of an earlier step's matrix, or two levels "
-        "(docs/preconditioners.md); auto takes the one that costs less at the body's size",
-        knob="preconditioner",
-        short="",
+    preconditioner: PreconditionerChoice = field(
+        default="auto",
+        metadata=option(
+            ChoiceKind(PRECONDITIONERS),
+            "of conjugate gradients: a sparse factor of an earlier step's matrix, or two levels "
+            "(docs/preconditioners.md); auto takes the one that costs less at the body's size",
+            knob="preconditioner",
+            short="",
+        ),
     )
-    recovery_speed: float | None = option(
-        None,
-        NumberKind(above=0.0, unit="m/s"),
-        "largest speed at which a sunken node is pushed out",
-        unset="0.5 m/s, less in proportion for bodies smaller than a metre (`Model.speed_share`)",
+    recovery_speed: float | None = field(
+        default=None,
+        metadata=option(
+            NumberKind(above=0.0, unit="m/s"),
+            "largest speed at which a sunken node is pushed out",
+            unset="0.5 m/s, less in proportion for bodies smaller than a metre "
+            "(`Model.speed_share`)",
+        ),
     )
-    sleep: bool = option(
-        True,
-        TruthKind(),
-        "whether steps are left out while all bodies are at rest and nothing acts on them",
+    sleep: bool = field(
+        default=True,
+        metadata=option(
+            TruthKind(),
+            "whether steps are left out while all bodies are at rest and nothing acts on them",
+        ),
     )
 
     def __post_init__(self) -> None:

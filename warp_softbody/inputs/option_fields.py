@@ -1,14 +1,14 @@
 """Options whose fields say what they are.
 
-An option class is a frozen dataclass each of whose fields is made by `option`. Checks, flags of the
-command line, knobs of charts, what a run records of itself and the tables of the documentation are
-made from these fields (`options_of`), so that each option is described in one place.
+An option class is a frozen dataclass each of whose fields has metadata made by `option`. Checks,
+flags of the command line, knobs of charts, what a run records of itself and the tables of the
+documentation are made from these fields (`options_of`): each option is described in one place.
 """
 
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 from warp_softbody.inputs import checks
@@ -73,9 +73,9 @@ class Option:
         return self.kind.check(f"{self.owner}.{self.name}" if label is None else label, value)
 
 
-def option(default: Any, kind: OptionKind, text: str, **more: Any) -> Any:
-    """A field of an option class, described by the attributes of `Option`."""
-    return field(default=default, metadata={KEY: {"kind": kind, "help": text, **more}})
+def option(kind: OptionKind, text: str, **more: Any) -> dict[str, Any]:
+    """The metadata of a field that is an option: attributes of `Option`, ``text`` its help."""
+    return {KEY: {"kind": kind, "help": text, **more}}
 
 
 def options_of(owner: type[Any]) -> tuple[Option, ...]:
@@ -90,9 +90,9 @@ def described(owner: type[OptionClass]) -> type[OptionClass]:
     """Add to the docstring of an option class what its fields say of themselves."""
     lines = [owner.__doc__ or "", "", "Attributes:"]
     for one in options_of(owner):
-        unit = f", {one.unit}" if one.unit else ""
+        unit = f" {one.unit}" if one.unit else ""
         unset = f" None: {one.unset}." if one.unset is not None else ""
-        text = f"{one.name}{unit}: {one.help}.{unset} Values: {one.kind.range}."
+        text = f"{one.name}: {one.help}.{unset} Values: {one.kind.range}{unit}."
         lines += textwrap.wrap(text, WIDTH, initial_indent="    ", subsequent_indent=" " * 8)
     owner.__doc__ = "\n".join(lines)
     return owner
