@@ -9,12 +9,16 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PYTHON = re.compile(r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL)
 STARTS = ("warp-softbody ", "python -m ", "make ", "pip install ")
 
 
-def python_blocks(text: str) -> list[str]:
-    """The blocks of a page that are marked as Python, in their order."""
-    return [code for language, code in FENCE.findall(text) if language == "python"]
+def python_blocks(text: str) -> list[tuple[str, str]]:
+    """The blocks of a page that are marked as Python, each with the block of text right after it.
+
+    That block shows what the Python prints; it is empty where there is none.
+    """
+    return PYTHON.findall(text)
 
 
 def commands(text: str) -> list[list[str]]:

@@ -21,13 +21,20 @@ WITH_COMMANDS = [page for page in PAGES if commands(page.read_text())]
 
 
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.stem)
-def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_runs_and_prints_what_the_page_shows(
+    page: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     """Blocks of one page share their names, as a reader would paste them; runs are cut short."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "page"}
-    for number, code in enumerate(python_blocks(page.read_text())):
+    for number, (code, shown) in enumerate(python_blocks(page.read_text())):
         short = re.sub(r"\bseconds=\d+(?:\.\d+)?", "seconds=0.1", code)
         exec(compile(short, f"{page.name}, block {number}", "exec"), names)
+        printed = capsys.readouterr().out
+        assert not shown or printed == shown
 
 
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: page.stem)
