@@ -159,7 +159,9 @@ def write(path: Path, draws: Sequence[Draw]) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Search, print the best, write all."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.gains", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("scene", choices=sorted(CASES))
     parser.add_argument("--draws", type=count, default=50)
     parser.add_argument("--seed", type=int, default=0)

@@ -38,7 +38,7 @@ class ChartCase:
         quick: other values of these fields for `--quick`.
         products: most points that combine knobs, and most in a round of neighbours.
         reach: times the default's cost up to which knobs are combined.
-        peers: other programs that can run it (`peers.py`).
+        peers: other programs that can run it (`peer_runs.py`).
     """
 
     scene: str
