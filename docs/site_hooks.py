@@ -1,7 +1,8 @@
 """Pages of the site that stand elsewhere: the README, top-level pages, examples and the API.
 
-MkDocs calls `on_files` once a build. The pages of the API are made from the public names, as they
-stand in the ``__all__`` of each module, and sorted by the room that a name comes from.
+MkDocs calls `on_files` once a build and `on_page_markdown` for each page. The pages of the API are
+made from the public names, as they stand in the ``__all__`` of each module, and sorted by the room
+that a name comes from.
 """
 
 import re
@@ -50,6 +51,13 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         content = _api_page(package[module] if module else package)
         files.append(File.generated(config, f"api/{page}.md", content=content))
     return files
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Lead links of the documentation's own pages to the top-level pages of the site."""
+    for source, page in TOP_LEVEL.items():
+        markdown = markdown.replace(f"](../{source}", f"]({page}")
+    return markdown
 
 
 def _links_of_the_site(text: str) -> str:

@@ -32,7 +32,7 @@ def commands(text: str) -> list[list[str]]:
     rest = FENCE.sub("", text)
     lines += re.findall(r"^    (.*)$", rest, re.MULTILINE)
     lines += re.findall(r"(?<!`)`([^`\n]+)`(?!`)", rest)
-    told = [line.split(" #")[0].strip() for line in lines]
+    told = [line.split(" #")[0].strip().removeprefix(".venv/bin/") for line in lines]
     return [
         shlex.split(line.replace("[--json]", "--json")) for line in told if line.startswith(STARTS)
     ]
