@@ -12,7 +12,7 @@ from warp_softbody.body.directional_friction import DIRECTIONS
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
 from warp_softbody.controllers.patches import Patch
-from warp_softbody.controllers.perturbation_schedule import KickRule
+from warp_softbody.controllers.perturbation_schedule import PerturbationSchedule
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
 from warp_softbody.controllers.qpcc.result import QPCCResult
@@ -131,7 +131,7 @@ class Driver:
         self._cone = options.planned_cone
         self._modes: tuple[int, ...] | None = None
         self._parts: tuple[int | None, ...] = ()
-        self._rule = KickRule(options)
+        self._rule = PerturbationSchedule(options)
 
     def decide(self, view: BodyView) -> Decision | None:
         """Rest lengths of the step from ``view`` on; None leaves the muscles slack."""

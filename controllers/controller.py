@@ -49,7 +49,7 @@ class Goals:
     resting: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what are no objectives, patches and segments."""
+        """Refuse entries that are no objectives, patches or segments."""
         checks.keep(
             self,
             objectives=checks.items("Goals.objectives", self.objectives, Objective),

@@ -1,4 +1,7 @@
-"""Which steps of a run go without kicks: where the last steps say that none will find anything."""
+"""Which steps of a run go without kicks, the perturbations of the QPCC's local search.
+
+Kicks cost most of a solve and mostly find nothing. They are left out where the steps before say so.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,8 @@ from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.qpcc.result import QPCCResult, SolverOptions
 
 
-class KickRule:
-    """A calm step leaves nothing worth looking for, and modes that hold found nothing just now.
+class PerturbationSchedule:
+    """Leaves kicks out after a calm step, and for a while where modes hold and kicks found nothing.
 
     Attributes:
         kicked: what a solve with kicks may spend.
@@ -31,13 +34,13 @@ class KickRule:
         self._left = 0
 
     def options(self) -> SolverOptions:
-        """Of the next solve: without kicks where the last one was calm."""
+        """The options of the next solve."""
         if self._calm:
             return self._without
         return self._not_held if self._left > 0 else self.kicked
 
     def note(self, start: tuple[int, ...] | None, result: QPCCResult, usable: bool) -> bool:
-        """Learn from the solve that was begun at ``start``; whether it went without kicks."""
+        """Learn from a solve that began at ``start``; whether it went without kicks."""
         was_calm, held = self._calm, start is not None and result.modes == start
         self._calm = usable and result.objective < self._calm_objective
         left_out = was_calm or (held and self._left > 0)

@@ -24,7 +24,7 @@ from warp_softbody.controllers import (
     control_solver as driver,
 )
 from warp_softbody.controllers.control_options import ControlOptions
-from warp_softbody.controllers.perturbation_schedule import KickRule
+from warp_softbody.controllers.perturbation_schedule import PerturbationSchedule
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.run.simulation import Simulation
 
@@ -154,7 +154,7 @@ def follow(
     a run leaves them out.
     """
     modes: dict[int, int] = {}
-    rule = KickRule(ControlOptions(), options)
+    rule = PerturbationSchedule(ControlOptions(), options)
     qps, times, values, residual = [], [], [], 0.0
     for i, step in enumerate(sequence):
         start = tuple(modes.get(name, STICK) for name in step.names)

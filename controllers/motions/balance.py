@@ -50,7 +50,7 @@ class BalanceGains:
     relax_within: float = 0.1
 
     def __post_init__(self) -> None:
-        """Refuse gains that are none."""
+        """Refuse gains that are not finite or out of their range."""
         checks.settle(
             self,
             positive=("relax_within",),

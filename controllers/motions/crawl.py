@@ -71,7 +71,7 @@ class CrawlGains:
     )
 
     def __post_init__(self) -> None:
-        """Refuse gains that are none."""
+        """Refuse gains that are not finite or out of their range."""
         checks.settle(
             self,
             positive=("pull_time", "push_time", "follow"),

@@ -34,7 +34,7 @@ class Sway:
     ease: float = 0.5
 
     def __post_init__(self) -> None:
-        """Refuse a path that is not one."""
+        """Refuse times that are not positive and an amplitude that is not finite."""
         checks.settle(self, positive=("period", "periods", "ease"), finite=("amplitude",))
 
     def at(self, time: float) -> FloatArray:
@@ -77,7 +77,7 @@ class ExerciseGains:
     )
 
     def __post_init__(self) -> None:
-        """Refuse gains that are none."""
+        """Refuse gains that are not finite or out of their range."""
         weights = ("momentum_weight", "spin_weight")
         checks.settle(self, not_negative=("position", "velocity", "spin", *weights))
         checks.instance("ExerciseGains.activation", self.activation, ActivationCost)

@@ -88,7 +88,7 @@ class JumpGains:
     ease_time: float = 0.3
 
     def __post_init__(self) -> None:
-        """Refuse gains that are none."""
+        """Refuse gains that are not finite or out of their range."""
         checks.settle(
             self,
             positive=("crouch_time", "push_time"),

@@ -64,7 +64,7 @@ class RollGains:
     )
 
     def __post_init__(self) -> None:
-        """Refuse gains that are none."""
+        """Refuse gains that are not finite or out of their range."""
         checks.settle(
             self,
             positive=("top_speed",),
@@ -92,7 +92,7 @@ class Leg:
     seconds: float = 3.5
 
     def __post_init__(self) -> None:
-        """Refuse a way that leads nowhere."""
+        """Refuse a direction other than 1 and -1, and a turn or time that is not positive."""
         checks.settle(self, positive=("turn", "seconds"), finite=("direction",))
         if abs(self.direction) != 1.0:
             checks.refuse("Leg.direction", "1 or -1", self.direction)

@@ -43,7 +43,7 @@ class SlideGains:
     )
 
     def __post_init__(self) -> None:
-        """Refuse gains that are none."""
+        """Refuse gains that are not finite or out of their range."""
         limits = ("tilt", "spin", "learning", "furthest", "spin_weight")
         checks.settle(self, not_negative=limits, finite=("lean",))
         checks.instance("SlideGains.activation", self.activation, ActivationCost)

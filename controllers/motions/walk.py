@@ -76,7 +76,7 @@ class WalkGains:
     ease_time: float = 0.25
 
     def __post_init__(self) -> None:
-        """Refuse gains that are none."""
+        """Refuse gains that are not finite or out of their range."""
         checks.settle(
             self,
             positive=("swing",),

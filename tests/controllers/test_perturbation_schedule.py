@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from tests.support.contact_problems import soft_body
 from warp_softbody.controllers import ControlOptions, QPCCResult, SolverOptions, solve_qpcc
-from warp_softbody.controllers.perturbation_schedule import KickRule
+from warp_softbody.controllers.perturbation_schedule import PerturbationSchedule
 
 CALM, HELD = 0.03, 5
 OPTIONS = ControlOptions(kicks=2, calm_objective=CALM, kick_pause=HELD)
@@ -21,7 +21,7 @@ def result(objective: float, modes: tuple[int, ...] = MODES) -> QPCCResult:
 
 
 def test_modes_that_hold_after_kicks_go_without_for_a_while() -> None:
-    rule, restless = KickRule(OPTIONS), result(2.0 * CALM)
+    rule, restless = PerturbationSchedule(OPTIONS), result(2.0 * CALM)
     assert rule.options() == KICKED
     left_out = [rule.note(MODES, restless, usable=True) for _ in range(2 * HELD + 3)]
     assert left_out == [i % (HELD + 1) != 0 for i in range(2 * HELD + 3)]
@@ -29,7 +29,7 @@ def test_modes_that_hold_after_kicks_go_without_for_a_while() -> None:
 
 
 def test_new_modes_bring_kicks_back() -> None:
-    rule = KickRule(OPTIONS)
+    rule = PerturbationSchedule(OPTIONS)
     rule.note(MODES, result(2.0 * CALM), usable=True)
     assert not rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)
     assert rule.options() == KICKED
@@ -39,7 +39,7 @@ def test_new_modes_bring_kicks_back() -> None:
 
 
 def test_a_calm_step_is_followed_by_one_without_kicks() -> None:
-    rule = KickRule(OPTIONS)
+    rule = PerturbationSchedule(OPTIONS)
     rule.note(MODES, result(0.5 * CALM, (1, 0)), usable=True)
     assert rule.options() == QUIET
     assert rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)

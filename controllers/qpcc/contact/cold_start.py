@@ -11,7 +11,8 @@ from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
 from warp_softbody.controllers.qpcc.contact.local_search import ContactSearch, LocalMinimum
 from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
 from warp_softbody.controllers.qpcc.general.penalty import SCHEDULES, close_pairs
-from warp_softbody.controllers.qpcc.general.piece_qp import OPEN, ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_solution import OPEN
 from warp_softbody.controllers.qpcc.general.restarts import random_point
 
 COLD_SHARE = 0.5

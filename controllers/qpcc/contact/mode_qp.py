@@ -32,9 +32,6 @@ from warp_softbody.controllers.qpcc.contact.mode_table import ModeTable, mode_ta
 from warp_softbody.controllers.qpcc.contact.objective import ReducedObjective, scaled_objective
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 
-AT_BOUND = 1e-9
-"""Scaled distance from a bound up to which a control is at it."""
-
 CONSISTENT = 1e-8
 """Largest scaled primal residual of a QP with a point; redundant contacts may have none."""
 
@@ -145,31 +142,6 @@ class ScaledContactQPCC:
             return math.inf
         return (limit - self.problem.constant) / self.value_scale - minimum
 
-    def kkt_residual(self, minimiser: ModeMinimiser) -> tuple[FloatArray, FloatArray, float]:
-        """Multipliers (K, 6) of the contacts and (nu,) of the bounds, and the residual, scaled.
-
-        They are computed anew from the point and its velocity multipliers. The residual is the
-        largest of: gradient in controls off their bounds, or of a wrong sign at them; negative
-        derivatives along rays of the chosen cones; products of contact multipliers and (f, w).
-        """
-        nu, force = len(self.lower), minimiser.points[:, :3].reshape(-1)
-        on_velocity = minimiser.multipliers[:, 3:].reshape(-1)
-        z = np.concatenate([minimiser.controls, force])
-        gradient = self.objective.times(z) + self.objective.c
-        multipliers = _per_contact(gradient[nu:] - on_velocity @ self.delassus, on_velocity)
-        rest = gradient[:nu] - on_velocity @ self.free_velocity[:, 1:]
-        at_lower = minimiser.controls <= self.lower + AT_BOUND
-        at_upper = minimiser.controls >= self.upper - AT_BOUND
-        off = np.where(at_lower, np.minimum(rest, 0.0), rest)
-        off = np.where(at_upper, np.maximum(off, 0.0), off)
-        worst = float(np.abs(off).max(initial=0.0))
-        if len(minimiser.modes):
-            rays = self.table.rays[np.arange(len(minimiser.modes)), minimiser.modes]
-            along = rays @ multipliers[:, :, None]
-            products = np.abs((multipliers * minimiser.points).sum(axis=1))
-            worst = max(worst, -float(along.min()), float(products.max()))
-        return multipliers, rest, worst
-
     def polish(self, minimiser: ModeMinimiser) -> ModeMinimiser:
         """The minimiser accurate to rounding, where its active set is clear."""
         reduced_qp = minimiser.reduced_qp
@@ -203,7 +175,7 @@ class ScaledContactQPCC:
         amplitudes = system.force_basis @ (left - on_force)
         constraints = reduced_qp.elimination.constraint_multipliers(amplitudes)
         back = (constraints @ system.velocity_constraints[:, width:]).reshape(2, -1)
-        return _per_contact(left - back[0], on_velocity + back[1])
+        return per_contact(left - back[0], on_velocity + back[1])
 
     def _solve_with_forces(
         self, modes: tuple[int, ...], system: ModeSystem
@@ -241,7 +213,7 @@ class ScaledContactQPCC:
         value, gradient = self._value(controls, points)
         on_velocity = solution.multipliers.equalities @ constraints[:, 1 + nu + k :]
         on_velocity = on_velocity + system.inequality_multipliers(solution.multipliers.rows)[1]
-        multipliers = _per_contact(gradient - on_velocity @ self.delassus, on_velocity)
+        multipliers = per_contact(gradient - on_velocity @ self.delassus, on_velocity)
         return ModeMinimiser(
             modes=modes,
             controls=controls,
@@ -260,6 +232,6 @@ class ScaledContactQPCC:
         return value, (product + c)[len(controls) :]
 
 
-def _per_contact(on_force: FloatArray, on_velocity: FloatArray) -> FloatArray:
+def per_contact(on_force: FloatArray, on_velocity: FloatArray) -> FloatArray:
     """(K, 6) from (3K,) of all forces and (3K,) of all velocities."""
     return np.concatenate([on_force.reshape(-1, 3), on_velocity.reshape(-1, 3)], axis=1)

@@ -242,7 +242,7 @@ def _check_symmetric(name: str, matrix: FloatArray, tolerance: float) -> None:
 
 @lru_cache(maxsize=8)
 def _check_directions(stored: bytes) -> None:
-    """Refuse what are no directions; the answer is kept, as steps share their directions."""
+    """Refuse wrong directions; the answer is kept, as all steps share their directions."""
     directions = np.frombuffer(stored).reshape(-1, 2)
     following = np.roll(directions, -1, axis=0)
     turn = directions[:, 0] * following[:, 1] - directions[:, 1] * following[:, 0]

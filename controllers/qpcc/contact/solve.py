@@ -13,6 +13,7 @@ from warp_softbody.controllers.qp.daqp import DAQPSolver
 from warp_softbody.controllers.qpcc.contact.cold_start import cold_minima
 from warp_softbody.controllers.qpcc.contact.complementarity_form import full_point, scaled_residual
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
+from warp_softbody.controllers.qpcc.contact.kkt_residual import kkt_residual
 from warp_softbody.controllers.qpcc.contact.local_search import ContactSearch, LocalMinimum
 from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
 from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
@@ -148,7 +149,7 @@ def _finish(search: ContactSearch, minimiser: ModeMinimiser, status: QPCCStatus)
     outside = np.maximum(problem.lower - controls, controls - problem.upper)
     stationarity, multipliers = np.nan, None
     if np.isfinite(minimiser.stationarity):
-        slopes, rest, stationarity = scaled.kkt_residual(minimiser)
+        slopes, rest, stationarity = kkt_residual(scaled, minimiser)
         multipliers = ContactMultipliers(
             force=slopes[:, :3] * (scaled.value_scale / scaled.impulse),
             velocity=slopes[:, 3:] * (scaled.value_scale / scaled.speed),

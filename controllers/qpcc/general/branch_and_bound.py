@@ -9,7 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from warp_softbody.controllers.qp.problem import QPStatus
-from warp_softbody.controllers.qpcc.general.piece_qp import LEFT, OPEN, RIGHT, PieceSolution, Sides
+from warp_softbody.controllers.qpcc.general.piece_solution import (
+    LEFT,
+    OPEN,
+    RIGHT,
+    PieceSolution,
+    Sides,
+)
 from warp_softbody.controllers.qpcc.general.search import TOUCHING, GeneralSearch
 
 SAME = 1e-7

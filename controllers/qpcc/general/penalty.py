@@ -16,12 +16,8 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.problem import QPStatus
-from warp_softbody.controllers.qpcc.general.piece_qp import (
-    PROXIMAL_WEIGHT,
-    PieceSolution,
-    ScaledQPCC,
-    Sides,
-)
+from warp_softbody.controllers.qpcc.general.piece_qp import PROXIMAL_WEIGHT, ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_solution import PieceSolution, Sides
 
 CLOSED = 1e-7
 """Scaled complementarity product up to which every pair counts as closed."""
@@ -95,14 +91,19 @@ def close_pairs(
             return None
         direction = step.x - x
         falling = float((general.Q @ x + general.c + slope) @ direction)
-        curvature = 0.5 * float(direction @ (general.Q @ direction))
-        curvature += weight * float((general.L @ direction) @ (general.R @ direction))
-        length = 1.0 if curvature <= 0.0 else min(1.0, -falling / (2.0 * curvature))
+        length = _exact_step(general, direction, falling, weight)
         if falling > -options.patience * (abs(general.value(x)) + weight * product):
             weight *= options.growth
         if length > 0.0:
             x = x + length * direction
     return x
+
+
+def _exact_step(general: ScaledQPCC, direction: FloatArray, falling: float, weight: float) -> float:
+    """The share of a direction, at most 1, that minimises the merit, from its derivative."""
+    curvature = 0.5 * float(direction @ (general.Q @ direction))
+    curvature += weight * float((general.L @ direction) @ (general.R @ direction))
+    return 1.0 if curvature <= 0.0 else min(1.0, -falling / (2.0 * curvature))
 
 
 def solve_with_proximal_term(

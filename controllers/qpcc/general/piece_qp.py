@@ -8,16 +8,13 @@ every row.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.problem import (
-    QPMultipliers,
     QPProblem,
-    QPSolution,
     QPSolver,
     QPStatus,
 )
@@ -29,47 +26,20 @@ from warp_softbody.controllers.qp.sparse_or_dense import (
     to_dense,
 )
 from warp_softbody.controllers.qpcc.general.convex_concave import convex_concave_split
+from warp_softbody.controllers.qpcc.general.piece_solution import (
+    LEFT,
+    RIGHT,
+    PieceSolution,
+    Sides,
+    pair_multipliers,
+)
 from warp_softbody.controllers.qpcc.general.problem import QPCC, row_scales
-
-Sides = npt.NDArray[np.int8]
-"""(p,): which side of every pair is zero, LEFT or RIGHT, or OPEN where neither has to be."""
-
-OPEN, LEFT, RIGHT = -1, 0, 1
 
 CONCAVE_STEPS = 30
 """Most linearisations of the concave part of an indefinite Q on one piece."""
 
 PROXIMAL_WEIGHT = 1e-4
 """Scaled weight of the proximal term of a QP that is unbounded without one."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PieceSolution:
-    """The answer of the QP on one piece or relaxation.
-
-    Attributes:
-        sides: the piece, or relaxation where some are OPEN.
-        x: the minimiser.
-        value: scaled objective, without the constant.
-        status: of the QP.
-        left: (p,), scaled ``L x + l0``.
-        right: (p,), scaled ``R x + r0``.
-        left_multiplier: (p,), derivative of the objective as the left side is raised.
-        right_multiplier: (p,), the same of the right side.
-        solution: of the QP.
-        objective_scale: by which the objective of that QP was divided.
-    """
-
-    sides: Sides
-    x: FloatArray
-    value: float
-    status: QPStatus
-    left: FloatArray
-    right: FloatArray
-    left_multiplier: FloatArray
-    right_multiplier: FloatArray
-    solution: QPSolution
-    objective_scale: float
 
 
 class ScaledQPCC:
@@ -221,7 +191,7 @@ class ScaledQPCC:
         solution = self.qp_solver.solve(replace(program, P=program.P / size, c=program.c / size))
         x = solution.x
         left, right = self.sides_at(x)
-        multipliers = _pair_multipliers(sides, solution.multipliers, len(self._b), len(self._h))
+        multipliers = pair_multipliers(sides, solution.multipliers, len(self._b), len(self._h))
         value = self.value(x) if np.all(np.isfinite(x)) else np.inf
         return PieceSolution(
             sides=sides,
@@ -256,18 +226,3 @@ class ScaledQPCC:
             lower=self.problem.lb,
             upper=self.problem.ub,
         )
-
-
-def _pair_multipliers(
-    sides: Sides, multipliers: QPMultipliers, equations: int, rows: int
-) -> tuple[FloatArray, FloatArray]:
-    """The multipliers of both sides of every pair, in the order of the pairs."""
-    zero_left, zero_right = sides == LEFT, sides == RIGHT
-    left, right = np.zeros(len(sides)), np.zeros(len(sides))
-    split = equations + int(zero_left.sum())
-    left[zero_left] = multipliers.equalities[equations:split]
-    right[zero_right] = multipliers.equalities[split:]
-    split = rows + int((~zero_left).sum())
-    left[~zero_left] = multipliers.rows[rows:split]
-    right[~zero_right] = multipliers.rows[split:]
-    return left, right

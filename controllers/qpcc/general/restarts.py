@@ -16,12 +16,12 @@ from warp_softbody.controllers.qpcc.general.penalty import (
     close_pairs,
     solve_with_proximal_term,
 )
-from warp_softbody.controllers.qpcc.general.piece_qp import (
+from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_solution import (
     LEFT,
     OPEN,
     RIGHT,
     PieceSolution,
-    ScaledQPCC,
     Sides,
 )
 from warp_softbody.controllers.qpcc.general.search import TOUCHING, GeneralSearch

@@ -9,13 +9,8 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.problem import QPStatus
-from warp_softbody.controllers.qpcc.general.piece_qp import (
-    LEFT,
-    RIGHT,
-    PieceSolution,
-    ScaledQPCC,
-    Sides,
-)
+from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_solution import LEFT, RIGHT, PieceSolution, Sides
 from warp_softbody.controllers.qpcc.result import SolverOptions
 
 TOUCHING = 1e-7

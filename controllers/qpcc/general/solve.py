@@ -10,7 +10,8 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qpcc.general.branch_and_bound import branch_and_bound
-from warp_softbody.controllers.qpcc.general.piece_qp import LEFT, PieceSolution, ScaledQPCC, Sides
+from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_solution import LEFT, PieceSolution, Sides
 from warp_softbody.controllers.qpcc.general.problem import QPCC, row_scales
 from warp_softbody.controllers.qpcc.general.restarts import initialize, perturb, restart
 from warp_softbody.controllers.qpcc.general.search import GeneralSearch

@@ -15,7 +15,8 @@ from scipy.sparse import issparse
 from warp_softbody.controllers import QPCC, QPCCStatus, enumerate_qpcc, solve_qpcc
 from warp_softbody.controllers.qp.piqp import PIQPSolver
 from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
-from warp_softbody.controllers.qpcc.general.piece_qp import OPEN, ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
+from warp_softbody.controllers.qpcc.general.piece_solution import OPEN
 from warp_softbody.controllers.qpcc.result import GeneralMultipliers, SolverOptions
 from warp_softbody.errors import InputError
 
