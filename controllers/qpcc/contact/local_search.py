@@ -94,8 +94,8 @@ class ContactSearch:
             slopes = self._slopes[minimiser.modes]
             if slopes is None:
                 return LocalMinimum(minimiser, True, True)
-            willing = slopes.min(axis=1) < 0.0
-            batch = np.where(willing, slopes.argmin(axis=1), minimiser.modes)
+            improving = slopes.min(axis=1) < 0.0
+            batch = np.where(improving, slopes.argmin(axis=1), minimiser.modes)
             following = self._improved(minimiser, tuple(batch.tolist()))
             if following is None:
                 following = self._single_flip(minimiser, slopes)

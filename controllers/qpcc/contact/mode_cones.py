@@ -14,7 +14,7 @@ import numpy as np
 from warp_softbody.arrays import BoolArray, FloatArray
 
 FIRST_SLIDE = 2
-"""Lift and stick come first."""
+"""Number of the first sliding mode; lift and stick come before it."""
 
 COLLINEAR = 1e-12
 """Twice the area of a triangle, over the square of the farthest corner's distance, up to which its
@@ -81,30 +81,31 @@ def repeated(cones: ModeCones, count: int) -> ModeCones:
 
 @lru_cache(maxsize=8)
 def _constant(directions: bytes) -> ModeCones:
+    """What does not depend on friction, without a first axis for the contacts."""
     plane = np.frombuffer(directions).reshape(-1, 2)
     m, axes = len(plane), np.eye(3)
     count, row_count, ray_count = 2 + 2 * m, max(m, 3), max(m, 5)
-    basis, still = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
+    basis, constraints = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
     rows, used = np.zeros((count, row_count, 6)), np.zeros((count, row_count), bool)
-    equality, rays = np.zeros((count, 3, 6)), np.zeros((count, ray_count, 6))
+    equalities, rays = np.zeros((count, 3, 6)), np.zeros((count, ray_count, 6))
     rows[0, 0, 3:], used[0, 0] = axes[0], True
-    equality[0, :, :3], equality[1, :, 3:] = axes, axes
+    equalities[0, :, :3], equalities[1, :, 3:] = axes, axes
     rays[0, 0, 3:], rays[0, 1:5, 3:] = axes[0], _plane_rays()
-    basis[1] = still[1] = axes
+    basis[1] = constraints[1] = axes
     away = [_tangent(-(plane[j] + plane[(j + 1) % m])) for j in range(m)]
     for j in range(m):
         slide, edge = FIRST_SLIDE + j, FIRST_SLIDE + m + j
-        still[slide, 0] = still[edge, 0] = axes[0]
-        still[edge, 1] = _tangent(plane[j] - plane[(j + 1) % m])
+        constraints[slide, 0] = constraints[edge, 0] = axes[0]
+        constraints[edge, 1] = _tangent(plane[j] - plane[(j + 1) % m])
         rows[slide, 0, :3], used[slide, :3] = axes[0], True
         rows[slide, 1:3, 3:] = [_tangent(plane[i % m] - plane[j]) for i in (j - 1, j + 1)]
         rows[edge, 2, 3:], used[edge, :3] = away[j], True
-        equality[slide, 1, 1:3] = [-plane[j][1], plane[j][0]]
-        equality[slide, 2, 3:] = axes[0]
-        equality[edge, 1:, 3:] = still[edge, :2]
+        equalities[slide, 1, 1:3] = [-plane[j][1], plane[j][0]]
+        equalities[slide, 2, 3:] = axes[0]
+        equalities[edge, 1:, 3:] = constraints[edge, :2]
         rays[slide, 1:3, 3:] = [away[j - 1], away[j]]
         rays[edge, 2, 3:] = away[j]
-    return ModeCones(basis, still, rows, used, equality, rays)
+    return ModeCones(basis, constraints, rows, used, equalities, rays)
 
 
 def _fill_facets(cones: ModeCones, corners: FloatArray) -> None:

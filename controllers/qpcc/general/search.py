@@ -84,12 +84,12 @@ class GeneralSearch:
         nothing, one after another. Also whether the last point is strongly stationary.
         """
         while True:
-            willing = self._descent_pairs(piece)
-            if willing.size == 0:
+            candidates = self._descent_pairs(piece)
+            if candidates.size == 0:
                 return piece, True
-            following = self._visit_adjacent(piece, willing)
+            following = self._visit_adjacent(piece, candidates)
             if following is None:
-                for pair in willing if willing.size > 1 else ():
+                for pair in candidates if candidates.size > 1 else ():
                     following = self._visit_adjacent(piece, np.array([pair]))
                     if following is not None or self.spent():
                         break
@@ -114,9 +114,9 @@ class GeneralSearch:
         zero_left = piece.sides == LEFT
         slope = np.where(zero_left, piece.left_multiplier, piece.right_multiplier)
         other = np.where(zero_left, piece.right, piece.left)
-        willing = np.flatnonzero((slope < -SLOPE_NOISE) & (other <= TOUCHING))
-        order = np.argsort(slope[willing], kind="stable")
-        return willing[order]
+        candidates = np.flatnonzero((slope < -SLOPE_NOISE) & (other <= TOUCHING))
+        order = np.argsort(slope[candidates], kind="stable")
+        return candidates[order]
 
     def _visit_adjacent(
         self, piece: PieceSolution, pairs: np.ndarray[tuple[int], np.dtype[np.intp]]
