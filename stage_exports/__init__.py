@@ -1,4 +1,4 @@
-"""What leaves the program: USD stages, readings of them, pictures and movies.
+"""USD stages, measures of them, pictures and movies are made in this room.
 
 Names are resolved on first use, so that importing the package loads neither USD nor the renderer.
 """

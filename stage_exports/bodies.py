@@ -1,4 +1,4 @@
-"""The bodies of a scene, each with its share of the arrays that a frame holds for all of them."""
+"""Each body of a scene has its share of the arrays that a frame holds for all of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pinhole camera that the stage and the pictures share; z is up."""
+"""Stages and pictures share this pinhole camera; z is up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names that every exported stage shares; readers and checks look prims up by them."""
+"""Every exported stage uses these names; readers and checks look prims up by them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the stage and the pictures take from a character: compacted skin and fibre segments."""
+"""Stages and pictures take compacted skin and fibre segments from a character."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers that say what a body did, from a take alone."""
+"""The motion of a body is measured from a stage alone: volumes, depth, tilt, base, reversals."""
 
 from __future__ import annotations
 

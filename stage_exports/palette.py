@@ -1,4 +1,4 @@
-"""Colours with a meaning, linear RGB in 0..1, the same in stages and pictures."""
+"""Colours with a meaning are the same in stages and pictures; linear RGB in 0..1."""
 
 from __future__ import annotations
 

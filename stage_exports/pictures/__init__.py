@@ -1,1 +1,1 @@
-"""Off-screen pictures and movies."""
+"""Pictures and movies are drawn off-screen in this room."""

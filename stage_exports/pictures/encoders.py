@@ -1,4 +1,4 @@
-"""Encoders of movies, which take frames one by one."""
+"""Encoders of movies take frames one by one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ground in a picture: a fine grid, the bodies' soft shadow, and a fade into the backdrop."""
+"""The ground in a picture has a fine grid, the bodies' soft shadow and a fade into the backdrop."""
 
 from __future__ import annotations
 

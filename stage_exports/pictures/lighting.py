@@ -1,4 +1,4 @@
-"""One sun and an even sky, and how much of each reaches a point past the body."""
+"""One sun and an even sky light a picture; how much of each reaches a point is computed here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames as an animated GIF or an MP4, drawn without a display."""
+"""Frames become an animated GIF or an MP4, drawn without a display."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One frame as a PNG, drawn without a display."""
+"""One frame is drawn as a PNG, without a display."""
 
 from __future__ import annotations
 

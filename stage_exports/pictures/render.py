@@ -1,4 +1,4 @@
-"""From a pose to pixels: floor first, then the bodies where they can be, then finer edges."""
+"""A pose is rendered: the floor first, then the bodies where they can be, then finer edges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A motion at a glance: frames of a stage side by side in one picture."""
+"""Frames of a stage are drawn side by side in one picture, to show a motion at a glance."""
 
 from __future__ import annotations
 

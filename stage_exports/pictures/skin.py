@@ -1,4 +1,4 @@
-"""How one pose of the bodies looks: lit skin, and the fibres inside as if the flesh were clear."""
+"""The bodies of a pose are coloured: lit skin, and fibres inside as if the flesh were clear."""
 
 from __future__ import annotations
 

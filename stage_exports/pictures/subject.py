@@ -1,4 +1,4 @@
-"""What a picture shows, whether it comes from a running scene or from a stage read back."""
+"""A picture shows a `Subject`, made of a running scene or of a stage that is read back."""
 
 from __future__ import annotations
 

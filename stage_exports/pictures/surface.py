@@ -1,4 +1,4 @@
-"""Shading normals of a triangle surface and tubes around line segments."""
+"""Pictures need shading normals of a triangle surface and tubes around line segments."""
 
 from __future__ import annotations
 

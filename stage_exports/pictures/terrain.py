@@ -1,4 +1,4 @@
-"""Uneven ground in a picture: the floor's grid and shadow, laid over triangles."""
+"""Uneven ground in a picture gets the floor's grid and shadow, laid over its triangles."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""USD stages, out and back in."""
+"""USD stages are written, read and checked in this room; only it imports `pxr`."""

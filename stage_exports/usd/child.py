@@ -1,4 +1,4 @@
-"""The process in which a stage from elsewhere is opened: an order as JSON in, a pickle out."""
+"""A stage from elsewhere is opened in this process: an order as JSON in, a pickle out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a frame must be like to be stored, and a copy of it that nobody else changes."""
+"""A frame is checked before it is stored, and copied so that nobody else changes it."""
 
 from __future__ import annotations
 

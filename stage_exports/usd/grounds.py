@@ -1,4 +1,4 @@
-"""The ground in a stage: a mesh to look at, and beside it the exact numbers to measure against."""
+"""A stage holds the ground as a mesh to look at, with the exact numbers to measure beside it."""
 
 from __future__ import annotations
 

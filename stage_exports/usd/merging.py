@@ -1,4 +1,4 @@
-"""One layer out of the chunks of a take; also run in a process of its own (`isolation.py`)."""
+"""The chunks of a take are merged into one layer; this may run in a process of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A body's prims without their motion: skin, tets, fibres, contacts and patches at rest."""
+"""A body's prims are defined at rest: skin, tets, fibres, contacts and patches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A take read back from its file, so that motions are measured on what was exported."""
+"""A take is read back from its file, so that motions are measured on what was exported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run of frames as a layer that holds time samples and nothing else."""
+"""A run of frames is stored as a layer that holds time samples and nothing else."""
 
 from __future__ import annotations
 

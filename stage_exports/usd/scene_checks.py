@@ -1,4 +1,4 @@
-"""What of a scene must be right for a stage, found out before there is a frame to lose."""
+"""What a stage cannot hold of a scene is refused before there is a frame to lose."""
 
 from __future__ import annotations
 

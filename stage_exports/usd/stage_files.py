@@ -1,4 +1,4 @@
-"""Which files this process wrote itself, so that it may trust them."""
+"""A process trusts the files that it wrote itself; this is where they are remembered."""
 
 from __future__ import annotations
 

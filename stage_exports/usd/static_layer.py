@@ -1,4 +1,4 @@
-"""The part of a take that does not move, as one layer."""
+"""The part of a take that does not move is written as one layer."""
 
 from __future__ import annotations
 

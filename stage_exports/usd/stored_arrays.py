@@ -1,4 +1,4 @@
-"""Arrays of a stage, checked to be what a writer stores; widened to double precision."""
+"""Arrays of a stage are checked to be what a writer stores and widened to double precision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands around the bodies in a stage: root metadata, ground, camera, lights and materials."""
+"""Root metadata, ground, camera, lights and materials of a stage are defined here."""
 
 from __future__ import annotations
 

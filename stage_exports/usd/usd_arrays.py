@@ -1,4 +1,4 @@
-"""NumPy arrays as USD values; every stored length is single precision."""
+"""NumPy arrays are converted to USD values; every stored length is single precision."""
 
 from __future__ import annotations
 

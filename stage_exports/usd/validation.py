@@ -1,4 +1,4 @@
-"""What is wrong with an exported file, whoever wrote it."""
+"""An exported file is validated, whoever wrote it, and each fault is a sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames to a USD file, chunk by chunk."""
+"""A `StageWriter` writes frames to a USD file, chunk by chunk."""
 
 from __future__ import annotations
 

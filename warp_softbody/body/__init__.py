@@ -1,1 +1,1 @@
-"""What a body is: mesh, material, muscles, and how these are read and made."""
+"""A body is described by its mesh, material and muscles; this room also reads and makes meshes."""

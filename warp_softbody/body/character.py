@@ -1,4 +1,4 @@
-"""A character: a body, what it is made of, its muscles and its named regions."""
+"""A `Character` is a body with its material, its muscles and its named regions."""
 
 from __future__ import annotations
 

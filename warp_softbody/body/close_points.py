@@ -1,4 +1,4 @@
-"""Points that lie so close together that they are one."""
+"""Points that lie closer together than a tolerance are merged into one."""
 
 from __future__ import annotations
 

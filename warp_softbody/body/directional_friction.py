@@ -1,4 +1,4 @@
-"""Friction of a body that depends on the direction in which it slides, as of scales or bristles."""
+"""The friction of a region may depend on its direction of sliding, like that of scales."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the vertices of fibres lie in a mesh; those just outside are moved onto its surface."""
+"""The vertices of fibres are located in the mesh; those just outside are moved onto its surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Elastic material with Rayleigh damping."""
+"""A `Material` has the elastic constants, the density and the Rayleigh damping of a body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rest shape of a body: a tetrahedral mesh that never changes."""
+"""`TetMesh` is the rest shape of a body: a tetrahedral mesh that never changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `TetMesh.from_arrays` repairs, and what it refuses in one sentence naming the source."""
+"""The arrays of a mesh are repaired where there is one right answer, and refused otherwise."""
 
 from __future__ import annotations
 

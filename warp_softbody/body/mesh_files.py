@@ -1,4 +1,4 @@
-"""Tet files: which are read and how, and how one is written whole or not at all."""
+"""Tet files are read by meshio in a process of its own, and written whole or not at all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Geometry of tetrahedra as plain array functions; `TetMesh` caches what they return."""
+"""Volumes, faces, edges and angles of tetrahedra are computed here as plain array functions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Muscle fibres: polylines whose segments contract (docs/method.md section 2; paper section 4)."""
+"""A muscle fibre is a polyline whose segments contract (docs/method.md section 2)."""
 
 from __future__ import annotations
 

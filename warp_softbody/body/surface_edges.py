@@ -1,4 +1,4 @@
-"""Edges of a surface of triangles."""
+"""The edges between two triangles of a surface are listed here."""
 
 from __future__ import annotations
 

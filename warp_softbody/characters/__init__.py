@@ -1,4 +1,4 @@
-"""Characters that ship with the package, each with its stored mesh; one file a letter."""
+"""The shipped characters have a file each; their meshes are stored in the package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shapes that fibres of the shipped characters have, and the strength they share."""
+"""The fibres of the shipped characters share these shapes and this strength."""
 
 from __future__ import annotations
 

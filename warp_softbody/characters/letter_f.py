@@ -1,4 +1,4 @@
-"""The letter F: a stem on a foot, with two arms to the right; the character that slides."""
+"""The letter F is a stem on a foot with two arms to the right; it is the character that slides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The letter H: two legs and a bar; the character that exercises."""
+"""The letter H has two legs and a bar; it is the character that exercises."""
 
 from __future__ import annotations
 

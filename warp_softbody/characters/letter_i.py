@@ -1,4 +1,4 @@
-"""The letter I: a stem on a base, with a head like the base; the character that balances."""
+"""The letter I is a stem between base and head; it is the character that balances."""
 
 from __future__ import annotations
 

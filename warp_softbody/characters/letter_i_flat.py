@@ -1,4 +1,4 @@
-"""The letter I, flattened and lying on the ground; the character that crawls."""
+"""The flat letter I lies on the ground; it is the character that crawls."""
 
 from __future__ import annotations
 

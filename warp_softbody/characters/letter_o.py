@@ -1,4 +1,4 @@
-"""The letter O: a round ring; the character that rolls."""
+"""The letter O is a round ring; it is the character that rolls."""
 
 from __future__ import annotations
 

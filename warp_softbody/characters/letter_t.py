@@ -1,4 +1,4 @@
-"""The letter T: a stem with two arms on top; the character that jumps with a twist."""
+"""The letter T is a stem with two arms on top; it is the character that jumps with a twist."""
 
 from __future__ import annotations
 

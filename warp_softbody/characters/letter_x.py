@@ -1,4 +1,4 @@
-"""The letter X: four limbs, bent down to its feet; the character that walks."""
+"""The letter X has four limbs bent down to its feet; it is the character that walks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A letter's closed surface: an outline in the x-z plane, extruded along y.
+"""A letter's closed surface is an outline in the x-z plane, extruded along y.
 
 The caps are Delaunay triangulations that hold every edge of the outline. An edge that Delaunay
 leaves out is split at its middle until none is missing, so outlines may turn inward and have holes.

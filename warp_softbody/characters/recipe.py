@@ -1,4 +1,4 @@
-"""How a stored mesh was made, in enough detail to make it again."""
+"""A `Recipe` records how a stored mesh was made, in enough detail to make it again."""
 
 from __future__ import annotations
 

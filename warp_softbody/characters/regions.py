@@ -1,4 +1,4 @@
-"""Regions that several characters share: node indices by where the nodes are at rest."""
+"""Several characters share these regions: node indices chosen by rest position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The meshes that ship with the package: `data/NAME.npz`, and the recipe `data/NAME.json`."""
+"""The shipped meshes are stored as `data/NAME.npz` with their recipe in `data/NAME.json`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arguments: a parser that answers with one sentence, and the kinds of values it reads."""
+"""The parser answers a mistake with one sentence and reads the kinds of values of options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`warp-softbody chart SCENE`: error over cost of a scene's knobs, as a table and a picture."""
+"""`warp-softbody chart SCENE` measures error over cost of a scene, as a table and a picture."""
 
 from __future__ import annotations
 

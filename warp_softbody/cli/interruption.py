@@ -1,4 +1,4 @@
-"""Ctrl-C, and the signals that ask a program to end: SIGTERM, and SIGHUP of a closed terminal."""
+"""A run ends in order on Ctrl-C, SIGTERM and SIGHUP, the signal of a closed terminal."""
 
 from __future__ import annotations
 

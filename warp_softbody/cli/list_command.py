@@ -1,4 +1,4 @@
-"""`warp-softbody list`: the scenes that ship with the program and what can be set in them."""
+"""`warp-softbody list` prints the shipped scenes and the settings that each takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`warp-softbody mesh IN -o OUT`: fill a surface with tets, or check and convert a tet file."""
+"""`warp-softbody mesh IN -o OUT` fills a surface with tets, or checks and converts a tet file."""
 
 from __future__ import annotations
 

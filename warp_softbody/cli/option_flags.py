@@ -1,4 +1,4 @@
-"""Flags of the command line, made from the fields of option classes."""
+"""The flags of the command line are made from the fields of option classes."""
 
 from __future__ import annotations
 

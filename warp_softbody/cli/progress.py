@@ -1,4 +1,4 @@
-"""A progress bar on stderr, where stderr is a terminal."""
+"""A progress bar is shown on stderr where stderr is a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files of a run: stage, movie and picture."""
+"""A `Recorder` writes the files of a run: stage, movie and picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`warp-softbody recover STAGE`: the frames that a killed run left, as a stage."""
+"""`warp-softbody recover STAGE` makes a stage of the frames that a killed run has left."""
 
 from __future__ import annotations
 

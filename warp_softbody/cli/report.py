@@ -1,4 +1,4 @@
-"""The summary of a run, for programs and for people."""
+"""The summary of a run is printed for people, or as JSON for programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`warp-softbody run NAME`: simulate a scene; write a stage, a movie, a picture and a summary."""
+"""`warp-softbody run NAME` simulates a scene; it writes a stage, movie, picture and summary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a `run` command comes to: the scene, the options and how the muscles are driven."""
+"""The arguments of a `run` command are turned into a scene, its options and its controller."""
 
 from __future__ import annotations
 

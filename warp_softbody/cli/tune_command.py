@@ -1,4 +1,4 @@
-"""`warp-softbody tune SCENE --error 2%`: the cheapest settings that hold it, kept for `run`."""
+"""`warp-softbody tune SCENE --error 2%` stores the cheapest settings within an error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`run SCENE --error 2%`: the stored settings of `tune` in place of the options not given."""
+"""`run SCENE --error 2%` takes stored settings of `tune` for the options that are not given."""
 
 from __future__ import annotations
 

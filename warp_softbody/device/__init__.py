@@ -1,1 +1,1 @@
-"""What the package asks of Warp as a whole, and reading device arrays on the host."""
+"""Warp is started, shared between threads and read from NumPy in this room."""

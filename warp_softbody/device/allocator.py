@@ -1,4 +1,4 @@
-"""Device arrays in the types of a precision."""
+"""An `Allocator` makes device arrays in the types of a precision."""
 
 from __future__ import annotations
 

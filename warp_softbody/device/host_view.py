@@ -1,4 +1,4 @@
-"""Device arrays read on the host in every step."""
+"""A `HostView` reads a small device array in every step, on the CPU without a copy."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Checks of what a caller gives, and records that hold arrays."""
+"""Arguments are checked where they are given; records that hold arrays compare by value."""

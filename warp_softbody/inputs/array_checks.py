@@ -1,4 +1,4 @@
-"""The check of arrays, apart from that of other values, which does without NumPy."""
+"""Arrays are checked here, apart from other values, whose checks do without NumPy."""
 
 from __future__ import annotations
 

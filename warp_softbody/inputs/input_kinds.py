@@ -1,4 +1,4 @@
-"""Checks of values with a structure of their own: node sets, names, colours, paths, controllers."""
+"""Node sets, names, colours, paths and controllers have checks of their own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records that hold arrays, compared, hashed, copied and shown as Python objects should be."""
+"""Records that hold arrays compare, hash, copy and print as Python objects should."""
 
 from __future__ import annotations
 

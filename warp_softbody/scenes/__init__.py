@@ -1,4 +1,4 @@
-"""Scenes that ship with the package, each with its controller and its gains; one file a scene."""
+"""The shipped scenes have a file each, with the controller and its gains."""
 
 from __future__ import annotations
 

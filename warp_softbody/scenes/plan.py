@@ -1,4 +1,4 @@
-"""What a shipped scene is made of: its recipe with numbers to set, and the plan it becomes."""
+"""A `SceneRecipe` lists the settings of a shipped scene; with values it makes a `ScenePlan`."""
 
 from __future__ import annotations
 

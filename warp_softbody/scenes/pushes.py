@@ -1,4 +1,4 @@
-"""A push at the head, measured in body weights, that several scenes share."""
+"""Several scenes share a push at the head, measured in body weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Letter I without muscles: the same body and push, left to itself."""
+"""Letter I falls without muscles after the push that `balance-i` recovers from."""
 
 from __future__ import annotations
 

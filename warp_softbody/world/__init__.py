@@ -1,1 +1,1 @@
-"""Where bodies are, what they stand on, and what is seen of them: scenes, grounds, frames."""
+"""Scenes, grounds and frames say where bodies are, what they stand on and what is seen of them."""

@@ -1,4 +1,4 @@
-"""Bodies that fill the same place at the start, so that no way leads apart."""
+"""Bodies that coincide at the start are refused, because no direction separates them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the run loop hands out: a snapshot of the scene at one time, in NumPy."""
+"""A `Frame` is a snapshot of the scene at one time, in NumPy, as the run loop yields it."""
 
 from __future__ import annotations
 

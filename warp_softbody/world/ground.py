@@ -1,4 +1,4 @@
-"""What a body can stand on: what every ground answers, and the plane."""
+"""Every ground answers the protocol `Ground`; the simplest is `Plane`."""
 
 from __future__ import annotations
 

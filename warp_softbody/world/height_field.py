@@ -1,4 +1,4 @@
-"""Uneven ground given by heights on a regular grid."""
+"""`HeightField` is an uneven ground given by heights on a regular grid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several bodies in one scene: placed, and joined for the engine into one mesh of several parts."""
+"""Bodies are placed in a scene and joined for the engine into one mesh of several parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene: bodies, the ground they stand on, and what pushes them."""
+"""A `Scene` has bodies, the ground they stand on, and the forces that push them."""
 
 from __future__ import annotations
 

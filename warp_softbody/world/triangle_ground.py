@@ -1,4 +1,4 @@
-"""Ground given by a static triangle mesh."""
+"""`TriangleGround` is a fixed ground given by a triangle mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a controller sees of a step: the state in NumPy, before the step is taken."""
+"""A `BodyView` is what a controller sees: the state in NumPy before the step is taken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ask the reading process for a file, and start it where there is none."""
+"""The reading process is started on demand and asked for the contents of a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a tet file holds, as it passes from the process that reads it to the one that asks."""
+"""`Contents` carries what a tet file holds from the reading process to the one that asked."""
 
 from __future__ import annotations
 

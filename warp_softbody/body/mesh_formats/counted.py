@@ -1,4 +1,4 @@
-"""Formats that write their numbers of points and cells down."""
+"""Some formats declare their numbers of points and cells; these are found in the file here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a file says of its own size."""
+"""A `Declaration` holds how many points and cells a file says that it has."""
 
 from __future__ import annotations
 

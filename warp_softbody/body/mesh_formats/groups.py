@@ -1,4 +1,4 @@
-"""Named groups of points and cells of a file that meshio has read."""
+"""The named groups of points and cells are collected from a file that meshio has read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Read a tet file by meshio and tell all that it holds; runs in a process of its own."""
+"""meshio reads a tet file here, in a process of its own, and all that it holds is returned."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Formats without counts: a line, with a number, for each point and cell."""
+"""Formats without counts have a numbered line for each point and cell; gaps show missing lines."""
 
 from __future__ import annotations
 

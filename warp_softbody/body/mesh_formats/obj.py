@@ -1,4 +1,4 @@
-"""Wavefront OBJ: points and faces; no material file is opened."""
+"""A Wavefront OBJ file is read for its points and faces; no material file is opened."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""OFF: counts, a line for each point and a line for each face."""
+"""An OFF file has its counts, then a line for each point and a line for each face."""
 
 from __future__ import annotations
 

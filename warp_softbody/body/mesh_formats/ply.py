@@ -1,4 +1,4 @@
-"""PLY: elements with properties, as text or binary; points and faces are taken."""
+"""A PLY file has elements with properties, as text or binary; points and faces are read."""
 
 from __future__ import annotations
 

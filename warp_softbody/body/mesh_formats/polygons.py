@@ -1,4 +1,4 @@
-"""What the readers of surfaces hand over."""
+"""The readers of surface files return their points and polygons in these types."""
 
 from __future__ import annotations
 

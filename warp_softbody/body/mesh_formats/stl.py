@@ -1,4 +1,4 @@
-"""STL: triangles with a normal each, as text or as 50 bytes."""
+"""An STL file lists triangles, each with a normal, as text or in 50 bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Surface files, read by strict readers that open no other file."""
+"""Surface files are read by strict readers, which open no other file."""
 
 from __future__ import annotations
 

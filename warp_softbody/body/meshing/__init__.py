@@ -1,4 +1,4 @@
-"""From a closed surface to a tet mesh that is compared with it."""
+"""A closed surface is filled with tets, and the mesh is compared with the surface."""
 
 from __future__ import annotations
 

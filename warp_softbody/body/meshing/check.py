@@ -1,4 +1,4 @@
-"""Is the tet mesh the body that the surface encloses?"""
+"""The tet mesh that a mesher returns is compared with the surface that it had to fill."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run a mesher in a child process and turn whatever happens to it into arrays or one sentence."""
+"""A mesher runs in a child process; whatever happens to it ends as arrays or as one sentence."""
 
 from __future__ import annotations
 

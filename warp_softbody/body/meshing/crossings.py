@@ -1,4 +1,4 @@
-"""Triangles of a surface that cross each other."""
+"""Triangles of a surface that intersect each other are found and counted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A closed surface to be filled with tets: read, cleaned and checked."""
+"""A closed surface is read, cleaned and checked before it is filled with tets."""
 
 from __future__ import annotations
 

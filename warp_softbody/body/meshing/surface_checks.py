@@ -1,4 +1,4 @@
-"""Does a surface enclose one body? Each flaw is told with its number and the place of one."""
+"""A surface must enclose one body; each flaw is reported with its number and the place of one."""
 
 from __future__ import annotations
 

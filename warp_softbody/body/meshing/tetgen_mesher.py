@@ -1,4 +1,4 @@
-"""TetGen: exact surface, the same mesh every time; optional, its core is under the AGPL."""
+"""TetGen keeps the surface exactly and repeats its mesh; it is optional (AGPL)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fill a surface with tets by the mesher of the user's choice, and check the result."""
+"""A surface is filled with tets by the mesher of the user's choice, and the result is checked."""
 
 from __future__ import annotations
 
