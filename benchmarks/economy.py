@@ -4,8 +4,7 @@ Every comparison runs both sides in turn, a few steps at a time, so that a chang
 speed hits both; ratios are of CPU times of the process (sums over the steps after the first two).
 
   at rest         a step while all bodies sleep, over one while they move
-  no muscles      a letter without muscles over the same in a build that has no muscle code; and the
-                  same letter with muscles that nothing drives over it
+  no muscles      a letter with muscles that nothing drives over the same without
   no contact      a cube in flight without a ground over one far above it
   linear solve    stopped with the time error over stopped at its tolerance
   preconditioner  kept while it serves over made anew in every step
@@ -16,6 +15,7 @@ speed hits both; ratios are of CPU times of the process (sums over the steps aft
 from __future__ import annotations
 
 import argparse
+import itertools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -23,46 +23,40 @@ from typing import Any
 
 from benchmarks.beam.arguments import count
 from warp_softbody import scenes
+from warp_softbody.controllers import QPCCResult
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.state import State
-from warp_softbody.engine.stepper import Stepper
 from warp_softbody.run.simulation import Simulation
+from warp_softbody.run.step_record import StepRecord
 from warp_softbody.scenes.balance_i import balancing_letter
 from warp_softbody.world.scene import Scene
 
 Make = Callable[[], Simulation]
 IN_TURN = 5
 UNTIMED = 2
+MANY = 10**9
+"""Iterations that no factor is worth."""
+
 IN_FLIGHT = 100
 """Steps before a cube dropped from 5 m lands."""
 PASSIVE = ("cantilever", "twisted-bar", "drop-block", "bounce-ball", "slope", "stack")
 
 
-class WithoutMuscles(Stepper):
-    """A build that has no muscle code."""
-
-    def _launch_muscle_lengths(self, state: State) -> None:
-        """Nothing."""
-
-
-def plain(name: str, stepper: type[Stepper] = Stepper, **options: Any) -> Simulation:
+def plain(name: str, **options: Any) -> Simulation:
     """A passive scene as shipped, but for some options."""
     plan = scenes.make(name, {})
-    return of_scene(plan.scene, stepper, **{"time_step": plan.time_step, **options})
+    return of_scene(plan.scene, **{"time_step": plan.time_step, **options})
 
 
-def of_scene(scene: Scene, stepper: type[Stepper] = Stepper, **options: Any) -> Simulation:
-    """A scene under a kind of stepper."""
-    simulation = Simulation(scene, options=SimulationOptions(**options))
-    simulation._stepper = stepper(simulation.model)
-    return simulation
+def of_scene(scene: Scene, **options: Any) -> Simulation:
+    """A scene with some options."""
+    return Simulation(scene, options=SimulationOptions(**options))
 
 
 def restless(name: str) -> Simulation:
     """A passive scene whose preconditioner is stale after every step."""
     simulation = plain(name)
-    kept: Any = simulation._stepper._contact.preconditioner
-    kept._cost = -1.0
+    kept = simulation.stepper.contact.preconditioner
+    simulation.observe(lambda step: kept.used(MANY, fresh=0))
     return simulation
 
 
@@ -88,7 +82,7 @@ def at_rest(name: str, steps: int, seconds: float) -> float:
     for _ in range(UNTIMED):
         simulation.step()
     moving = _cpu(simulation, steps)
-    while simulation.time < seconds and not simulation._sleep.asleep:
+    while simulation.time < seconds and not simulation.asleep:
         simulation.step()
     return _cpu(simulation, 10 * steps) / (10 * moving)
 
@@ -104,17 +98,20 @@ def qps(name: str, seconds: float) -> tuple[float, float, float]:
     """Share of a controlled run's steps that keep their modes; QPs in these, and in all."""
     plan = scenes.make(name, {})
     simulation = Simulation(plan.scene, plan.controller, time_step=plan.time_step)
-    driver: Any = simulation._driver
-    held: list[bool] = []
-    modes = None
+    taken: list[QPCCResult] = []
+
+    def keep(step: StepRecord) -> None:
+        # steps in which the controller wants nothing take no QP
+        if step.decision is not None:
+            taken.append(step.decision.result)
+
+    simulation.observe(keep)
     while simulation.time < seconds:
         simulation.step()
-        held.append(driver._modes is not None and driver._modes == modes)
-        modes = driver._modes
-    taken = simulation._log.qps
-    # steps in which the controller wants nothing take no QP
-    kept = [n for n, same in zip(taken, held[-len(taken) :], strict=True) if same]
-    return len(kept) / len(taken), sum(kept) / max(1, len(kept)), sum(taken) / len(taken)
+    pairs = itertools.pairwise(taken)
+    kept = [after.qp_count for before, after in pairs if after.modes == before.modes]
+    mean = sum(result.qp_count for result in taken) / len(taken)
+    return len(kept) / len(taken), sum(kept) / max(1, len(kept)), mean
 
 
 def report(steps: int, seconds: float, controlled: Sequence[str]) -> None:
@@ -125,8 +122,6 @@ def report(steps: int, seconds: float, controlled: Sequence[str]) -> None:
     letter = balancing_letter()
     bare = Scene(character=replace(letter, muscles=()))
     muscular = Scene(character=letter)
-    found = ratio(lambda: of_scene(bare), lambda: of_scene(bare, WithoutMuscles), steps)
-    print(f"no muscles      letter-i     {found:.2f} of a build without", flush=True)
     found = ratio(lambda: of_scene(muscular), lambda: of_scene(bare), steps)
     print(f"no muscles      letter-i     {found:.2f} with 48 slack segments", flush=True)
     floor = scenes.make("drop-block", {"height": 5.0}).scene

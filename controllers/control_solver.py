@@ -1,4 +1,4 @@
-"""From goals to activations: builds the step's QPCC on the bridge's maps and solves it."""
+"""From goals to activations: builds the step's QPCC on the reduced dynamics and solves it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
 from warp_softbody.controllers.qpcc.result import QPCCResult
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
-from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem
+from warp_softbody.engine.reduced_dynamics import ControlProblem, ReducedDynamics
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.world.frame import ContactSample
@@ -29,14 +29,14 @@ SHORTEST = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Decision:
-    """What the driver chose for a step.
+    """What the control solver chose for a step.
 
     Attributes:
         rest_lengths: l_d, (s,) m.
         problem: the QPCC that was solved.
         result: of the QPCC.
-        converged: whether the bridge's solve reached its tolerance and the QPCC's point is usable;
-            where it is not, the activations stay as they were.
+        converged: whether the reduced dynamics reached their tolerance and the QPCC's point is
+            usable; where it is not, the activations stay as they were.
         kicked: whether the QPCC's solve was free to look for other modes by kicks.
         planned: the patches with the modes and forces that the plan has for them; in place of
             nodes their numbers.
@@ -116,27 +116,29 @@ def _activation_weights(cost: ActivationCost, count: int, time_step: float) -> t
     return 2.0 * cost.effort / count, 2.0 * change / count
 
 
-class Driver:
-    """Asks a controller for goals each step and finds the activations that serve them best."""
+class ControlSolver:
+    """Asks a controller for goals each step and finds the activations that serve them best.
+
+    In a step of its own loop a user asks for `goals` of a view, and hands those to `decide` once
+    the step's matrix is assembled (`Stepper.step`).
+    """
 
     def __init__(
-        self, controller: Controller, bridge: Bridge, options: ControlOptions | None = None
+        self,
+        controller: Controller,
+        dynamics: ReducedDynamics,
+        options: ControlOptions | None = None,
     ) -> None:
-        """Drive a controller by the QPCC or by the static-contact baseline, as the options say."""
+        """Solve by the QPCC or by the static-contact baseline, as the options say."""
         # made anew, so that one that went round its constructor is checked too
-        options = replace(checks.optional("options of a Driver", options, ControlOptions))
+        options = replace(checks.optional("options of a ControlSolver", options, ControlOptions))
         self._controller = controller
-        self._bridge = bridge
+        self._dynamics = dynamics
         self._method = options.method
         self._cone = options.planned_cone
         self._modes: tuple[int, ...] | None = None
         self._parts: tuple[int | None, ...] = ()
         self._rule = PerturbationSchedule(options)
-
-    def decide(self, view: BodyView) -> Decision | None:
-        """Rest lengths of the step from ``view`` on; None leaves the muscles slack."""
-        goals = self.goals(view)
-        return None if goals is None else self.plan(view, goals)
 
     def goals(self, view: BodyView) -> Goals | None:
         """What the controller wants of the step from ``view`` on; to be asked once a step."""
@@ -148,13 +150,13 @@ class Driver:
             checks.refuse(asked, "Goals or None", goals)
         return goals
 
-    def plan(self, view: BodyView, goals: Goals) -> Decision:
+    def decide(self, view: BodyView, goals: Goals) -> Decision:
         """Rest lengths that serve goals best; the step's matrix has to be assembled."""
         if self._method == "static":
             goals = replace(goals, patches=tuple(replace(p, slips=False) for p in goals.patches))
         # before the first step nobody knows what touches
         free = view.time > 0.0 and not goals.patches and not view.touching.any()
-        problem = self._bridge.solve(_rows_of(goals, view), free=free)
+        problem = self._dynamics.solve(_rows_of(goals, view), free=free)
         _check_maps(goals, problem)
         activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step, cone=self._cone)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.control_options import ControlOptions
     from warp_softbody.engine.model import Model, build_model
     from warp_softbody.engine.options import SimulationOptions
-    from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem
+    from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem, ReducedDynamics
     from warp_softbody.engine.state import Contacts, Control, State
     from warp_softbody.engine.stepper import Stepper
     from warp_softbody.run.simulation import Simulation
@@ -55,6 +55,7 @@ _NAMES = {
     "MuscleGroup": "body.muscles",
     "Plane": "world.ground",
     "Push": "world.scene",
+    "ReducedDynamics": "engine.reduced_dynamics",
     "Scene": "world.scene",
     "Simulation": "run.simulation",
     "SimulationOptions": "engine.options",
@@ -87,6 +88,7 @@ __all__ = [
     "MuscleGroup",
     "Plane",
     "Push",
+    "ReducedDynamics",
     "Scene",
     "Simulation",
     "SimulationOptions",

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,18 +12,15 @@ from warp_softbody.controllers import (
     COLD_OPTIONS,
     WARM_OPTIONS,
     ContactQPCC,
-    QPCCResult,
     SolverOptions,
     solve_qpcc,
     solve_static,
-)
-from warp_softbody.controllers import (
-    control_solver as driver,
 )
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.perturbation_schedule import PerturbationSchedule
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.run.simulation import Simulation
+from warp_softbody.run.step_record import StepRecord
 
 STICK = 1
 
@@ -63,33 +57,21 @@ class SequenceOutcome:
     residual: float
 
 
-@contextmanager
-def recording() -> Iterator[list[ContactQPCC]]:
-    """Collects every problem that a driver solves meanwhile."""
-    found: list[ContactQPCC] = []
-    original = vars(driver)["solve_qpcc"]
-
-    def keep(problem: ContactQPCC, **settings: Any) -> QPCCResult:
-        found.append(problem)
-        result: QPCCResult = original(problem, **settings)
-        return result
-
-    setattr(driver, "solve_qpcc", keep)  # noqa: B010 - not an exported name
-    try:
-        yield found
-    finally:
-        setattr(driver, "solve_qpcc", original)  # noqa: B010
-
-
 def balance_i(seconds: float, push: float) -> list[ContactQPCC]:
     """The problems of a pushed ``balance-i``."""
     plan = scenes.make("balance-i", {"push": push})
     simulation = Simulation(
         plan.scene, plan.controller, options=SimulationOptions(time_step=plan.time_step)
     )
-    with recording() as found:
-        for _ in simulation.run(seconds):
-            pass
+    found: list[ContactQPCC] = []
+
+    def keep(step: StepRecord) -> None:
+        if step.decision is not None:
+            found.append(step.decision.problem)
+
+    simulation.observe(keep)
+    for _ in simulation.run(seconds):
+        pass
     return found
 
 

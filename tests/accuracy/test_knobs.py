@@ -13,10 +13,10 @@ from warp_softbody.accuracy.runs.job import Job
 from warp_softbody.accuracy.runs.running import run_job
 from warp_softbody.controllers import ContactQPCC
 from warp_softbody.controllers.control_options import ControlOptions
-from warp_softbody.controllers.control_solver import Driver
+from warp_softbody.controllers.control_solver import ControlSolver
 from warp_softbody.engine.model import build_model
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.reduced_dynamics import Bridge
+from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.engine.state import State
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.run.simulation import Simulation
@@ -51,10 +51,10 @@ def first_plan(settings: Settings) -> ContactQPCC:
     stepper, state, view = Stepper(model), State.at_rest(model), simulation.view()
     state.positions.assign(view.positions)
     stepper.assemble(state)
-    solver = Driver(plan.controller, Bridge(stepper), settings.control_options())
-    decision = solver.decide(view)
-    assert decision is not None
-    return decision.problem
+    solver = ControlSolver(plan.controller, ReducedDynamics(stepper), settings.control_options())
+    goals = solver.goals(view)
+    assert goals is not None
+    return solver.decide(view, goals).problem
 
 
 def test_the_planned_cone_has_fewer_directions() -> None:

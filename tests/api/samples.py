@@ -96,6 +96,7 @@ def engine(folder: Path) -> Samples:
     return {
         "Body": (wsb.Body, {"character": muscled()}),
         "Bridge": (wsb.Bridge, {"stepper": stepper()}),
+        "ReducedDynamics": (wsb.ReducedDynamics, {"stepper": stepper()}),
         "Character": (wsb.Character, {"name": "a", "mesh": box(), "muscles": ()}),
         "ContactMode": (wsb.ContactMode, {"value": 1}),
         "ContactSample": (wsb.ContactSample, {}),

@@ -13,7 +13,7 @@ import warp_softbody as wsb
 from tests.api.samples import muscled, scene, stepper
 from warp_softbody.cli import main
 from warp_softbody.controllers import Balance
-from warp_softbody.controllers.control_solver import Driver
+from warp_softbody.controllers.control_solver import ControlSolver
 from warp_softbody.errors import InputError
 from warp_softbody.inputs.option_fields import Option, check_options, options_of, recorded
 from warp_softbody.inputs.option_kinds import ChoiceKind, NumberKind, TruthKind, WholeKind
@@ -110,7 +110,7 @@ def test_what_went_round_a_constructor_is_refused_where_it_is_used(one: Option) 
                 wsb.Simulation(scene(), options=bent)
         else:
             with pytest.raises(InputError, match=rf"{one.owner}\.{one.name} must be "):
-                Driver(Balance(), wsb.Bridge(stepper()), bent)
+                ControlSolver(Balance(), wsb.ReducedDynamics(stepper()), bent)
             with pytest.raises(InputError, match=rf"{one.owner}\.{one.name} must be "):
                 wsb.Simulation(scene(), Balance(), control_options=bent)
 

@@ -12,6 +12,7 @@ import pytest
 import warp_softbody as wsb
 from tests.api.samples import muscled, scene
 from warp_softbody.controllers import Balance, Crawl, Goals, Objective
+from warp_softbody.controllers.control_solver import ControlSolver
 from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.inputs import checks
 
@@ -163,14 +164,13 @@ def test_a_run_that_is_left_is_stopped() -> None:
 
 def test_activations_that_are_not_finite(monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = wsb.Simulation(scene(), Balance())
-    assert simulation._driver is not None
-    plan = simulation._driver.plan
+    decide = ControlSolver.decide
 
     def spoilt(*arguments: Any) -> Any:
-        decision = plan(*arguments)
+        decision = decide(*arguments)
         return replace(decision, rest_lengths=decision.rest_lengths * np.nan)
 
-    monkeypatch.setattr(simulation._driver, "plan", spoilt)
+    monkeypatch.setattr(ControlSolver, "decide", spoilt)
     with pytest.raises(NotFiniteError, match="an activation is not finite at step 0"):
         simulation.step()
     assert simulation.summary().status == "not finite"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from tests.support.bodies import EXACT, Rig, exact_bridge, muscular_bar, rig
+from tests.support.bodies import EXACT, Rig, exact_dynamics, muscular_bar, rig
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
@@ -17,7 +17,7 @@ from warp_softbody.controllers import objectives
 from warp_softbody.controllers.control_options import Method
 from warp_softbody.controllers.control_solver import (
     SHORTEST,
-    Driver,
+    ControlSolver,
     activation_bounds,
     build_qpcc,
 )
@@ -123,7 +123,7 @@ def moving_bar(ground: Plane | None = None, **options: Any) -> Rig:
 
 
 def test_built_objective_is_the_weighted_squares_plus_the_costs() -> None:
-    """At random activations and impulses, with contacts; J v+ as the bridge predicts it."""
+    """At random activations and impulses, with contacts; J v+ as predicted."""
     body = moving_bar(ground=Plane())
     rng = np.random.default_rng(3)
     before = rng.uniform(0.6, 1.0, body.model.segment_count)
@@ -135,7 +135,7 @@ def test_built_objective_is_the_weighted_squares_plus_the_costs() -> None:
     cost = ActivationCost(effort=0.3, change=2.0)
     goals = Goals(objectives=wanted, patches=ground_patches(view, QUARTERS), activation=cost)
     rows = np.concatenate([o.rows for o in wanted] + [p.rows() for p in goals.patches])
-    problem = exact_bridge(body, row_capacity=32).solve(rows)
+    problem = exact_dynamics(body, row_capacity=32).solve(rows)
     qpcc = build_qpcc(goals, problem, before, DT)
     for seed in range(5):
         rng = np.random.default_rng(seed)
@@ -169,7 +169,7 @@ def test_built_contacts_have_the_patches_friction() -> None:
     )
     goals = Goals(objectives=(), patches=patches, activation=LOOSE)
     rows = np.concatenate([patch.rows() for patch in patches])
-    problem = exact_bridge(body, row_capacity=32).solve(rows)
+    problem = exact_dynamics(body, row_capacity=32).solve(rows)
     qpcc = build_qpcc(goals, problem, view.activations, DT)
     np.testing.assert_array_equal(qpcc.factors, [patch.factors for patch in patches])
     np.testing.assert_array_equal(qpcc.friction, [0.3, 0.0])
@@ -180,11 +180,11 @@ def test_decision_in_flight_is_the_bounded_least_squares_answer() -> None:
     body = moving_bar()
     view = view_of(body)
     controller = Shrink((0.0, 0.0, 0.5))
-    decision = Driver(controller, exact_bridge(body)).decide(view)
-    assert decision is not None
+    solver = ControlSolver(controller, exact_dynamics(body))
     goals = controller.goals(view)
+    decision = solver.decide(view, goals)
     objective = goals.objectives[0]
-    problem = exact_bridge(body).solve(objective.rows)
+    problem = exact_dynamics(body).solve(objective.rows)
     count = body.model.segment_count
     scale = np.sqrt(objective.weight)
     by_activation = problem.muscle_map * problem.rest_lengths
@@ -208,11 +208,11 @@ def test_predicted_velocity_is_the_step_s() -> None:
     """What the decision promises in flight is what the step then does."""
     body = moving_bar()
     view = view_of(body)
-    decision = Driver(Shrink((0.0, 0.0, 0.5)), exact_bridge(body)).decide(view)
-    assert decision is not None
+    controller = Shrink((0.0, 0.0, 0.5))
+    decision = ControlSolver(controller, exact_dynamics(body)).decide(view, controller.goals(view))
     weights = between(view)
     rows = objectives.mean_rows(view, weights)
-    problem = exact_bridge(body).solve(rows, free=True)
+    problem = exact_dynamics(body).solve(rows, free=True)
     promised = problem.free_velocity + problem.muscle_map @ (
         decision.rest_lengths - problem.lengths
     )
@@ -282,9 +282,9 @@ def test_controller_that_wants_nothing_leaves_the_muscles_slack() -> None:
 
 def test_decision_s_status_is_known() -> None:
     body = moving_bar(ground=Plane())
-    driver = Driver(Shrink((0.0, 0.0, 0.5), QUARTERS), exact_bridge(body, row_capacity=16))
-    decision = driver.decide(view_of(body))
-    assert decision is not None
+    controller, view = Shrink((0.0, 0.0, 0.5), QUARTERS), view_of(body)
+    solver = ControlSolver(controller, exact_dynamics(body, row_capacity=16))
+    decision = solver.decide(view, controller.goals(view))
     assert decision.result.status in {QPCCStatus.STRONGLY_STATIONARY, QPCCStatus.NO_IMPROVING_FLIP}
     assert decision.result.complementarity < 1e-6
     assert len(decision.result.modes) == 4

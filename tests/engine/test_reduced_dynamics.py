@@ -1,4 +1,4 @@
-"""The bridge's maps against dense solves and against the step itself."""
+"""The maps of the reduced dynamics against dense solves and against the step itself."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.support.bodies import EXACT, Rig, crumpled, exact_bridge, muscular_bar, rig
+from tests.support.bodies import EXACT, Rig, crumpled, exact_dynamics, muscular_bar, rig
 from tests.verification import reference
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
 from warp_softbody.engine.options import Precision
-from warp_softbody.engine.reduced_dynamics import Bridge
+from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.errors import InputError
 
 DT = 0.01
@@ -57,10 +57,10 @@ def some_rows(body: Rig, count: int, seed: int = 0) -> FloatArray:
 @pytest.mark.parametrize("fixed", [(), (0, 1, 5, 40)])
 @pytest.mark.parametrize("count", [7, 16, 40])
 def test_responses_equal_a_dense_solve(fixed: Any, count: int) -> None:
-    """Momenta included, which the bridge answers in closed form where no node is fixed."""
+    """Momenta included, which are answered in closed form where no node is fixed."""
     body, matrix = stretched(fixed)
     rows = some_rows(body, count)
-    problem = exact_bridge(body, row_capacity=count).solve(rows)
+    problem = exact_dynamics(body, row_capacity=count).solve(rows)
     right = rows.T.copy()
     right[(3 * np.asarray(fixed, dtype=int)[:, None] + np.arange(3)).ravel()] = 0.0
     expected = np.linalg.solve(matrix, right).T
@@ -79,7 +79,7 @@ def test_momenta_are_answered_in_closed_form() -> None:
     rows = np.zeros((3, body.model.node_count, 3))
     for axis in range(3):
         rows[axis, :, axis] = 2.5 * body.masses
-    problem = exact_bridge(body).solve(rows.reshape(3, -1))
+    problem = exact_dynamics(body).solve(rows.reshape(3, -1))
     assert problem.iterations == 0
     expected = np.tile(2.5 * np.eye(3), body.model.node_count) / (1.0 + DT * 0.5)
     np.testing.assert_allclose(problem.responses, expected, rtol=1e-12, atol=1e-14)
@@ -97,7 +97,7 @@ def velocities_after(body: Rig, rest_lengths: FloatArray) -> FloatArray:
 def test_free_velocity_is_the_slack_step_s(fixed: Any) -> None:
     body, _ = stretched(fixed)
     rows = some_rows(body, 20)
-    problem = exact_bridge(body, row_capacity=20).solve(rows, free=True)
+    problem = exact_dynamics(body, row_capacity=20).solve(rows, free=True)
     expected = rows @ velocities_after(body, 1e6 * problem.rest_lengths)
     scale = np.abs(rows) @ np.abs(body.velocities).ravel()
     np.testing.assert_allclose(problem.free_velocity / scale, expected / scale, atol=1e-10)
@@ -108,7 +108,7 @@ def test_muscle_map_is_the_derivative_of_the_step(fixed: Any) -> None:
     """v+ is linear in l_d below l, so central differences of any width are exact."""
     body, _ = stretched(fixed)
     rows = some_rows(body, 20)
-    problem = exact_bridge(body, row_capacity=20).solve(rows, free=True)
+    problem = exact_dynamics(body, row_capacity=20).solve(rows, free=True)
     base = 0.9 * problem.lengths
     differences = np.zeros_like(problem.muscle_map)
     for segment in range(len(base)):
@@ -130,7 +130,7 @@ def test_muscle_map_is_the_derivative_of_the_step(fixed: Any) -> None:
 
 def test_lengths_are_those_of_the_moved_fibres() -> None:
     body, _ = stretched()
-    problem = exact_bridge(body).solve(some_rows(body, 7))
+    problem = exact_dynamics(body).solve(some_rows(body, 7))
     expected = reference.segment_lengths(body.model.scene.character, body.positions)
     np.testing.assert_allclose(problem.lengths, expected, rtol=1e-12)
     np.testing.assert_allclose(problem.rest_lengths[:12], 0.58 / 6, rtol=1e-12)
@@ -140,10 +140,10 @@ def test_lengths_are_those_of_the_moved_fibres() -> None:
 def test_default_tolerance_is_kept(precision: Precision) -> None:
     """|J^T - M~ W| <= 1e-3 |J^T|, column by column, when warm and when rows change."""
     body, matrix = stretched(precision=precision)
-    bridge = Bridge(body.stepper, row_capacity=32)
+    dynamics = ReducedDynamics(body.stepper, row_capacity=32)
     for seed, count in ((0, 20), (1, 20), (2, 9), (3, 32), (4, 20)):
         rows = some_rows(body, count, seed)
-        problem = bridge.solve(rows)
+        problem = dynamics.solve(rows)
         left = rows - problem.responses @ matrix
         share = np.linalg.norm(left, axis=1) / np.linalg.norm(rows, axis=1)
         # the reference matrix and the residual itself are rounded in float32
@@ -152,31 +152,31 @@ def test_default_tolerance_is_kept(precision: Precision) -> None:
 
 def test_warm_start_saves_the_iterations() -> None:
     body, _ = stretched()
-    bridge = exact_bridge(body, row_capacity=20)
+    dynamics = exact_dynamics(body, row_capacity=20)
     rows = some_rows(body, 20)
-    assert bridge.solve(rows).iterations > 0
-    assert bridge.solve(rows).iterations == 0
+    assert dynamics.solve(rows).iterations > 0
+    assert dynamics.solve(rows).iterations == 0
 
 
 def test_it_makes_room_for_more_rows() -> None:
     body, matrix = stretched()
-    bridge = exact_bridge(body, row_capacity=16)
+    dynamics = exact_dynamics(body, row_capacity=16)
     rows = some_rows(body, 40)
     for count in (5, 40, 5):
-        problem = bridge.solve(rows[:count])
+        problem = dynamics.solve(rows[:count])
         left = rows[:count] - problem.responses @ matrix
         assert np.linalg.norm(left) <= 1e-9 * np.linalg.norm(rows[:count])
-    assert bridge.row_capacity >= 40
+    assert dynamics.row_capacity >= 40
 
 
 def test_fewer_rows_use_fewer_blocks() -> None:
-    """After many rows, the answer to a few is that of a bridge that never had more, bit by bit."""
+    """After many rows, the answer to a few is that of one that never had more, bit by bit."""
     body, _ = stretched(precision="float32")
-    bridge = Bridge(body.stepper)
+    dynamics = ReducedDynamics(body.stepper)
     rows = some_rows(body, 40)
     for count in (9, 40, 12):
-        problem = bridge.solve(rows[:count])
-        expected = Bridge(body.stepper, row_capacity=count).solve(rows[:count])
+        problem = dynamics.solve(rows[:count])
+        expected = ReducedDynamics(body.stepper, row_capacity=count).solve(rows[:count])
         np.testing.assert_array_equal(problem.responses, expected.responses)
         np.testing.assert_array_equal(problem.muscle_map, expected.muscle_map)
         assert problem.iterations == expected.iterations
@@ -184,9 +184,9 @@ def test_fewer_rows_use_fewer_blocks() -> None:
 
 def test_rows_of_another_length_are_refused() -> None:
     body, _ = stretched()
-    bridge = Bridge(body.stepper, row_capacity=16)
+    dynamics = ReducedDynamics(body.stepper, row_capacity=16)
     with pytest.raises(InputError, match="rows of 189"):
-        bridge.solve(np.zeros((3, 7)))
+        dynamics.solve(np.zeros((3, 7)))
 
 
 def test_two_levels_converge_too() -> None:
@@ -195,7 +195,7 @@ def test_two_levels_converge_too() -> None:
     assert body.model.system.coarse is not None
     rows = some_rows(body, 20)
     free = (matrix - np.eye(len(matrix))).any(axis=1)
-    problem = Bridge(body.stepper, row_capacity=20).solve(rows)
+    problem = ReducedDynamics(body.stepper, row_capacity=20).solve(rows)
     left = (rows - problem.responses @ matrix) * free
     assert (np.linalg.norm(left, axis=1) <= 1.001e-3 * np.linalg.norm(rows, axis=1)).all()
     assert problem.iterations <= 20

@@ -65,9 +65,9 @@ def test_precisions_agree_on_the_ground() -> None:
 def test_numbers_that_are_none_end_the_run() -> None:
     simulation = Simulation(Scene(character=muscular_bar()), time_step=0.01, fps=100.0)
     simulation.step()
-    positions = simulation._state.positions.numpy()
+    positions = simulation.state.positions.numpy()
     positions[3, 1] = np.nan
-    simulation._state.positions.assign(positions)
+    simulation.state.positions.assign(positions)
     with pytest.raises(NotFiniteError, match="step 1") as caught:
         simulation.step()
     assert caught.value.step == 1
@@ -79,7 +79,7 @@ def test_numbers_that_are_none_end_a_run_on_the_ground() -> None:
     scene = Scene(character=muscular_bar(), ground=Plane())
     simulation = Simulation(scene, time_step=0.01, fps=100.0)
     simulation.step()
-    simulation._control.external_forces.fill_(np.nan)
+    simulation.control.external_forces.fill_(np.nan)
     with pytest.raises(NotFiniteError):
         simulation.step()
 

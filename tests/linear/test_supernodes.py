@@ -61,7 +61,7 @@ def test_every_block_has_one_place(cells: tuple[int, int, int]) -> None:
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_panels_solve_as_the_blocks_do(precision: Precision) -> None:
-    """Against the walk over blocks that the 16 right-hand sides of the bridge take."""
+    """Against the walk over blocks that the 16 right-hand sides of the reduced dynamics take."""
     mesh = box((3, 3, 4), jitter=0.2)
     body = rig(mesh, time_step=0.01, precision=precision)
     body.place(crumpled(mesh))

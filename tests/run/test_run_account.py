@@ -50,11 +50,11 @@ def test_measured_shapes_are_those_of_the_frame() -> None:
     simulation = Simulation(Scene(character=Character(name="cube", mesh=mesh)))
     squeezed = mesh.points * [1.0, 1.0, 0.5]
     squeezed[0] += 0.2
-    simulation._state.positions.assign(squeezed)
+    simulation.state.positions.assign(squeezed)
     frame = next(simulation.run(1.0))
     corners = frame.positions[mesh.tets]
     volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
-    shapes = simulation._gauge.read()
+    shapes = simulation.shapes
     assert shapes.volumes[0] == pytest.approx(volumes.sum() / mesh.volume, rel=1e-5)
     assert shapes.inverted[0] == np.count_nonzero(volumes <= 0.0) > 0
 

@@ -34,7 +34,7 @@ def after(scene: Scene, seconds: float, **options: Any) -> Simulation:
 
 
 def places(simulation: Simulation) -> FloatArray:
-    return np.array(simulation._state.positions.numpy(), dtype=np.float64)
+    return np.array(simulation.state.positions.numpy(), dtype=np.float64)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

@@ -17,7 +17,7 @@ from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
 from warp_softbody.engine.model import Model, build_model
 from warp_softbody.engine.options import Precision, SimulationOptions
-from warp_softbody.engine.reduced_dynamics import Bridge
+from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.engine.state import SLACK, Contacts, Control, State
 from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.engine.stepper import Stepper
@@ -219,9 +219,9 @@ def rig(
     )
 
 
-def exact_bridge(body: Rig, row_capacity: int = 16) -> Bridge:
-    """A bridge as exact as double precision allows."""
-    return Bridge(body.stepper, row_capacity, tolerance=1e-13)
+def exact_dynamics(body: Rig, row_capacity: int = 16) -> ReducedDynamics:
+    """Reduced dynamics as exact as double precision allows."""
+    return ReducedDynamics(body.stepper, row_capacity, tolerance=1e-13)
 
 
 def given_back(

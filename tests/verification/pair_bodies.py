@@ -47,8 +47,8 @@ def simulate(scene: Scene, seconds: float, **options: Any) -> Simulation:
 def energy(simulation: Simulation) -> float:
     """Kinetic and elastic energy of all bodies, J (docs/method.md section 1)."""
     model = simulation.model
-    speeds = simulation._state.velocities.numpy().astype(np.float64)
-    points = simulation._state.positions.numpy().astype(np.float64)
+    speeds = simulation.state.velocities.numpy().astype(np.float64)
+    points = simulation.state.positions.numpy().astype(np.float64)
     total = 0.5 * float(model.masses @ (speeds**2).sum(axis=1))
     for part in model.scene.parts:
         mesh = model.body.mesh

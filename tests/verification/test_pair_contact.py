@@ -46,9 +46,9 @@ def test_fixed_slab_is_the_ground(height: float, speed: float) -> None:
     on_slab = replace(on_ground, ground=None, others=(Body(character=slab()),), body_friction=0.5)
     nodes = len(body.mesh.points)
     ground, pairs = (simulate(scene, 1.0, **options) for scene in (on_ground, on_slab))
-    expected = ground._state.positions.numpy()
-    np.testing.assert_allclose(pairs._state.positions.numpy()[:nodes], expected, atol=2e-4)
-    assert pairs._state.positions.numpy()[:nodes, 2].min() > -1e-6
+    expected = ground.state.positions.numpy()
+    np.testing.assert_allclose(pairs.state.positions.numpy()[:nodes], expected, atol=2e-4)
+    assert pairs.state.positions.numpy()[:nodes, 2].min() > -1e-6
 
 
 @pytest.mark.parametrize("degrees", [0.0, 30.0])
@@ -76,11 +76,11 @@ def test_stack_stays_for_twenty_seconds() -> None:
         ground=Plane(friction=0.5),
     )
     simulation = simulate(scene, 5.0)
-    before = simulation._state.positions.numpy().copy()
+    before = simulation.state.positions.numpy().copy()
     for _ in range(1500):
         simulation.step()
-    assert np.abs(simulation._state.positions.numpy() - before).max() < 1e-4
-    assert np.abs(simulation._state.velocities.numpy()).max() < 1e-4
+    assert np.abs(simulation.state.positions.numpy() - before).max() < 1e-4
+    assert np.abs(simulation.state.velocities.numpy()).max() < 1e-4
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.6])
@@ -109,7 +109,7 @@ def test_friction_between_bodies(friction: float) -> None:
         simulation = simulate(scene, 0.3, precision="float64")
         for _ in range(2):
             mass = simulation.model.masses[:nodes]
-            speeds.append(mass @ simulation._state.velocities.numpy()[:nodes, 0] / mass.sum())
+            speeds.append(mass @ simulation.state.velocities.numpy()[:nodes, 0] / mass.sum())
             for _ in range(30):
                 simulation.step()
         if slides:
@@ -141,17 +141,17 @@ def test_collision_keeps_momentum_and_gains_no_energy(friction: float) -> None:
     masses = simulation.model.masses
     begun = energy(simulation)
     size = masses.sum() * 1.0
-    before = masses @ simulation._state.velocities.numpy()
+    before = masses @ simulation.state.velocities.numpy()
     met = 0
     for _ in range(120):
         simulation.step()
         assert energy(simulation) <= begun * (1.0 + 1e-6)
-        met += bool((simulation._contacts.pairs.modes.numpy() != 0).any())  # type: ignore[union-attr]
-    after = masses @ simulation._state.velocities.numpy()
+        met += bool((simulation.contacts.pairs.modes.numpy() != 0).any())  # type: ignore[union-attr]
+    after = masses @ simulation.state.velocities.numpy()
     assert met > 5
     np.testing.assert_allclose(after, before, atol=120 * 1e-10 * size)
     nodes = len(one.mesh.points)
-    velocities = simulation._state.velocities.numpy()
+    velocities = simulation.state.velocities.numpy()
     apart = masses[nodes:] @ velocities[nodes:, 0] / masses[nodes:].sum()
     assert apart > masses[:nodes] @ velocities[:nodes, 0] / masses[:nodes].sum()
 
@@ -165,7 +165,7 @@ def test_arms_of_one_body_meet(precision: Precision) -> None:
     gaps = []
     for touches in (False, True):
         simulation = simulate(replace(scene, self_contact=touches), 1.5, precision=precision)
-        gaps.append(smallest_gap(body, simulation._state.positions.numpy().astype(np.float64)))
+        gaps.append(smallest_gap(body, simulation.state.positions.numpy().astype(np.float64)))
     assert gaps[0] < -0.02
     # a node may enter by what its plane turns in a step, and come out at the next
     assert abs(gaps[1]) < 1e-4
@@ -193,8 +193,8 @@ def test_open_arms_do_not_notice() -> None:
     for touches in (False, True):
         scene = Scene(character=body, self_contact=touches)
         simulation = simulate(scene, 0.1, precision="float64")
-        assert touches == (simulation._contacts.pairs is not None)
-        paths.append(simulation._state.positions.numpy().copy())
+        assert touches == (simulation.contacts.pairs is not None)
+        paths.append(simulation.state.positions.numpy().copy())
     np.testing.assert_array_equal(paths[0], paths[1])
 
 
@@ -207,8 +207,8 @@ def test_bodies_spawned_in_each_other_come_apart_slowly() -> None:
     fastest = 0.0
     for _ in range(100):
         simulation.step()
-        fastest = max(fastest, float(np.abs(simulation._state.velocities.numpy()).max()))
-    points = simulation._state.positions.numpy()
+        fastest = max(fastest, float(np.abs(simulation.state.velocities.numpy()).max()))
+    points = simulation.state.positions.numpy()
     nodes = len(one.mesh.points)
     assert points[nodes:, 2].min() > points[:nodes, 2].max() - 2e-3
     assert fastest < 2.0

@@ -14,6 +14,7 @@ from warp_softbody import Material, Plane, Push, Scene, Simulation, SimulationOp
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.engine.options import Precision
+from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.errors import InputError
 from warp_softbody.scenes import make
 from warp_softbody.world.frame import GROUND
@@ -56,11 +57,11 @@ def test_pressed_pair_settles(precision: Precision) -> None:
     """At rest, every step of the second second settles, and nothing creeps."""
     simulation = simulate(pressed_block(), 1.0, precision=precision, time_step=1 / 120, sleep=False)
     before = simulation.summary().unconverged_steps
-    positions = simulation._state.positions.numpy().copy()
+    positions = simulation.state.positions.numpy().copy()
     for _ in range(120):
         simulation.step()
     assert simulation.summary().unconverged_steps == before
-    assert np.abs(simulation._state.positions.numpy() - positions).max() < 1e-6
+    assert np.abs(simulation.state.positions.numpy() - positions).max() < 1e-6
 
 
 def test_a_small_pair_settles_as_a_large_one() -> None:
@@ -73,7 +74,7 @@ def test_a_small_pair_settles_as_a_large_one() -> None:
             options["recovery_speed"] = 0.5 * size
         scene = pressed_block(size)
         simulation = simulate(scene, 1.0, **options)
-        shapes.append(simulation._state.positions.numpy() / size)
+        shapes.append(simulation.state.positions.numpy() / size)
     # inertia is less by the square of the scale; at rest it does not count
     np.testing.assert_allclose(shapes[0], shapes[1], atol=2e-4)
 
@@ -99,7 +100,7 @@ def test_unsettled_steps_end_safe(passes: int, friction: float) -> None:
     )
     simulation = Simulation(scene, options=options, fps=200.0)
     masses = simulation.model.masses
-    begun, momentum = energy(simulation), masses @ simulation._state.velocities.numpy()
+    begun, momentum = energy(simulation), masses @ simulation.state.velocities.numpy()
     met = 0
     for _ in range(60):
         simulation.step()
@@ -108,7 +109,7 @@ def test_unsettled_steps_end_safe(passes: int, friction: float) -> None:
         assert energy(simulation) < begun * 1.02
     assert met > 3
     assert passes == 12 or simulation.summary().unconverged_steps > 3
-    after = masses @ simulation._state.velocities.numpy()
+    after = masses @ simulation.state.velocities.numpy()
     np.testing.assert_allclose(after, momentum, atol=1e-8 * masses.sum())
 
 
@@ -117,9 +118,9 @@ def test_unsettled_impulses_keep_the_laws() -> None:
     scene = replace(pressed_block(), body_friction=0.7)
     options = {"precision": "float64", "time_step": 1 / 120, "max_contact_passes": 1}
     simulation = simulate(scene, 3 / 120, **options)
-    pairs, contact = simulation._contacts.pairs, simulation._stepper._contact._pairs
+    pairs, contact = simulation.contacts.pairs, simulation.stepper.contact.pairs
     assert pairs is not None and contact is not None
-    impulses, normals = pairs.impulses.numpy(), contact._pairs.normals.numpy()
+    impulses, normals = pairs.impulses.numpy(), contact.normals.numpy()
     found = pairs.nodes.numpy()[:, 0] >= 0
     normal = np.einsum("ci,ci->c", impulses, normals)[found]
     friction = np.linalg.norm(impulses[found] - normal[:, None] * normals[found], axis=1)
@@ -131,15 +132,10 @@ def test_unsettled_impulses_keep_the_laws() -> None:
 def test_unsettled_steps_tell_which_bodies() -> None:
     scene = pressed_block()
     simulation = Simulation(scene, options=SimulationOptions(max_contact_passes=1), fps=120.0)
-    told = []
+    told: list[StepStatistics] = []
+    simulation.observe(lambda step: told.append(step.statistics))
     for _ in range(3):
-        simulation._push()
-        told.append(
-            simulation._stepper.step(
-                simulation._state, simulation._control, simulation._contacts, simulation._after
-            )
-        )
-        simulation._state, simulation._after = simulation._after, simulation._state
+        simulation.step()
     unsettled = [statistics for statistics in told if not statistics.contact_converged]
     assert unsettled
     assert {statistics.worst_pair for statistics in unsettled} <= {
@@ -173,9 +169,9 @@ def test_fast_collision(speed: float) -> None:
     for _ in range(60):
         simulation.step()
         assert energy(simulation) < begun * (1.0 + 1e-9)
-    velocities = simulation._state.velocities.numpy()
+    velocities = simulation.state.velocities.numpy()
     assert np.abs(masses @ velocities).max() < 60 * 1e-10 * masses.sum() * speed
-    points = simulation._state.positions.numpy()
+    points = simulation.state.positions.numpy()
     for part, body in zip(scene.parts, (mesh, other), strict=True):
         a, b, c, d = (points[part.nodes][body.tets[:, k]] for k in range(4))
         volume = np.einsum("ij,ij->i", b - a, np.cross(c - a, d - a)).sum() / 6.0
@@ -200,14 +196,14 @@ def test_friction_from_afar_does_not_turn_bodies() -> None:
     masses = simulation.model.masses[:, None]
 
     def spin() -> FloatArray:
-        state = simulation._state
+        state = simulation.state
         return np.asarray(
             (masses * np.cross(state.positions.numpy(), state.velocities.numpy())).sum(axis=0)
         )
 
     before = spin()
     simulation.step()
-    speeds = masses[:, 0] @ simulation._state.velocities.numpy()
+    speeds = masses[:, 0] @ simulation.state.velocities.numpy()
     assert len(simulation._handed_out().contacts.nodes) > 0 and np.abs(speeds).max() < 1e-6
     np.testing.assert_allclose(spin(), before, atol=1e-6 * np.abs(before).max())
 
@@ -268,7 +264,7 @@ def test_order_in_the_scene_does_not_matter() -> None:
         )
         simulation = simulate(scene, 1.0, precision="float64", tolerance=1e-9)
         where = dict(zip((p.name for p in scene.parts), scene.parts, strict=True))
-        points = simulation._state.positions.numpy()
+        points = simulation.state.positions.numpy()
         heights.append(np.concatenate([points[where[name].nodes] for name in "abc"]))
     np.testing.assert_allclose(heights[1], heights[0], atol=1e-5)
     np.testing.assert_allclose(heights[2], heights[0], atol=1e-5)

@@ -46,7 +46,7 @@ def test_the_solve_adds_its_share_of_the_time_error(precision: Precision) -> Non
         saved -= loose.step().iterations
         saved += tight.step().iterations
         change = masses[:, None] * (loose.velocities - 2.0 * now + before)
-        right = numbers(loose.stepper._contact.right)[~loose.model.fixed]
+        right = numbers(loose.stepper.contact.right)[~loose.model.fixed]
         rounding = 8.0 * eps * dt**2 * 20.0 * 1e5 * 0.1 * np.linalg.norm(now)
         allowed = max(
             0.5 * TIME_ERROR_SHARE * np.linalg.norm(change), floor * np.linalg.norm(right)

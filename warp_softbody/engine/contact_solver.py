@@ -89,6 +89,11 @@ class ContactResolution:
         device = self._model.options.device
         launch(kernel, dim, inputs, outputs, device)
 
+    @property
+    def pairs(self) -> PairContact | None:
+        """Contact of surfaces with each other; None where the scene has none."""
+        return self._pairs
+
     def find_pairs(self, state: State, contacts: Contacts) -> None:
         """Which surfaces may touch in a step from ``state`` on; not to be captured."""
         if self._pairs is not None and contacts.pairs is not None:

@@ -105,6 +105,11 @@ class PairContact:
         """Numbers of the pairs that there are, and how many: (c,) int and (1,) int."""
         return [self._pairs.found, self._pairs.found_count]
 
+    @property
+    def normals(self) -> Any:
+        """(c,) vec3 of the pairs found, unit, from the other side onto the node or edge."""
+        return self._pairs.normals
+
     def _bound(self, pairs: PairStates) -> Any:
         """The struct that kernels take, on the caller's states."""
         self._pairs.nodes, self._pairs.weights = pairs.nodes, pairs.weights

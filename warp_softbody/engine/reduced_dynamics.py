@@ -50,7 +50,7 @@ class ControlProblem(Value):
         lengths: l, (s,) m, at the start of the step.
         rest_lengths: l_0, (s,) m.
         iterations: of the block solve.
-        converged: whether every row reached the bridge's tolerance.
+        converged: whether every row reached the tolerance.
     """
 
     rows: FloatArray
@@ -64,7 +64,7 @@ class ControlProblem(Value):
     converged: bool
 
 
-class Bridge:
+class ReducedDynamics:
     """Solves M~ W = J^T for the controller, in blocks of 16 rows, starting from the last W."""
 
     @shares_warp
@@ -84,10 +84,14 @@ class Bridge:
             tolerance: relative residual of each row at which its solve stops.
             max_iterations: of one block solve; one that needs more is not converged.
         """
-        checks.instance("stepper of a Bridge", stepper, Stepper)
-        row_capacity = checks.whole("row_capacity of a Bridge", row_capacity, low=1, high=2**16)
-        tolerance = checks.number("tolerance of a Bridge", tolerance, above=0.0, below=1.0)
-        self._most_iterations = checks.whole("max_iterations of a Bridge", max_iterations, low=1)
+        checks.instance("stepper of a ReducedDynamics", stepper, Stepper)
+        row_capacity = checks.whole(
+            "row_capacity of a ReducedDynamics", row_capacity, low=1, high=2**16
+        )
+        tolerance = checks.number("tolerance of a ReducedDynamics", tolerance, above=0.0, below=1.0)
+        self._most_iterations = checks.whole(
+            "max_iterations of a ReducedDynamics", max_iterations, low=1
+        )
         model = stepper.model
         types = model.types
         self._stepper = stepper
@@ -97,7 +101,7 @@ class Bridge:
         self._tolerance = model.array([tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
         self._preconditioner = make_preconditioner(model.system, *matrix)
-        # contact is not in the bridge's matrix: only fixed nodes are held, nothing slides
+        # contact is not in this matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(
             model.array(
                 np.where(model.fixed, VelocityConstraint.FIXED, VelocityConstraint.NONE), wp.int32
@@ -145,10 +149,11 @@ class Bridge:
         ``free`` says that nothing touches the body, so that the step keeps its angular momentum.
         """
         model = self._stepper.model
-        rows = array_checks.array("rows of a Bridge", rows, (None, None))
+        rows = array_checks.array("rows of a ReducedDynamics", rows, (None, None))
         if rows.ndim != 2 or rows.shape[1] != 3 * model.node_count:
             raise InputError(
-                f"a bridge takes rows of {3 * model.node_count} numbers, got shape {rows.shape}"
+                f"reduced dynamics take rows of {3 * model.node_count} numbers, "
+                f"got shape {rows.shape}"
             )
         self._stepper.follow_plan()
         turn = self._free_turn(rows) if free else None
@@ -301,3 +306,7 @@ class Bridge:
             shape = (blocks, model.segment_count)
             inputs = [*segments, *factors, w["stretch"]]
             self._run(self._muscles.muscle_response, shape, inputs, [w["maps"]])
+
+
+Bridge = ReducedDynamics
+"""The name that this class had."""

@@ -2,7 +2,32 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
+
+
+class StepClock:
+    """Wall times of the parts of one step.
+
+    Attributes:
+        seconds: by part, "assembly", "control", "solve" and "contact"; only those that were marked.
+    """
+
+    def __init__(self) -> None:
+        """Begin to measure."""
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def mark(self, part: str) -> None:
+        """Count the time since the last mark to a part."""
+        now = time.perf_counter()
+        self.seconds[part] = self.seconds.get(part, 0.0) + now - self._last
+        self._last = now
+
+    @property
+    def total(self) -> float:
+        """All that was marked, s."""
+        return sum(self.seconds.values())
 
 
 @dataclass(frozen=True)

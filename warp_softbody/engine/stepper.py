@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 import warp as wp
@@ -23,16 +23,30 @@ from warp_softbody.engine.model import Model
 from warp_softbody.engine.momentum_account import Account
 from warp_softbody.engine.parallel import Workers
 from warp_softbody.engine.state import Contacts, Control, State, check_tensions, checked_parts
-from warp_softbody.engine.step_statistics import StepStatistics
+from warp_softbody.engine.step_statistics import StepClock, StepStatistics
 from warp_softbody.inputs import checks
 from warp_softbody.kernels.contact.step_ends import make_contact_ends
 from warp_softbody.kernels.muscles import make_muscles
+
+Part = Literal["assembly", "solve", "contact"]
+PARTS: tuple[Part, ...] = get_args(Part)
+"""What a step launches, in this order; the control decides between the first and the second."""
+
+
+def _mark(clock: StepClock | None, part: str) -> None:
+    if clock is not None:
+        clock.mark(part)
 
 
 class Stepper:
     """Steps a model; owns work arrays and graphs, never the state.
 
     Attributes:
+        model: what is stepped.
+        assembly: rotations, forces and matrix of the state last assembled.
+        contact: solves, contact modes and impulses of the last step.
+        fiber_points: (p,) vec3 m, vertices of the fibres.
+        lengths: (s,) scalar m, of the segments.
         assembled: the state that was last assembled.
     """
 
@@ -56,7 +70,7 @@ class Stepper:
         mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
-        self._contact = ContactResolution(model, self.assembly)
+        self.contact = ContactResolution(model, self.assembly)
         self._renewed = False
         self.assembled: State | None = None
         self._graphs: dict[tuple[Any, ...], Any] = {}
@@ -67,12 +81,14 @@ class Stepper:
     @shares_warp
     def assemble(self, state: State) -> None:
         """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
-        self.assembled = state
-        self._contact.turning.follow_plan(False)
+        self._begin(state)
+        self._run_assembly(state)
+
+    def _run_assembly(self, state: State) -> None:
         if self._workers is not None:
             self._assemble_side_by_side(self._workers, state)
-            return
-        self._replay(("assemble", state), lambda: self._launch_assembly(state))
+        else:
+            self._replay(("assembly",), (state,), lambda: self._launch_assembly(state))
 
     def _assemble_side_by_side(self, workers: Workers, state: State) -> None:
         if id(state) not in self._phase_graphs:
@@ -80,75 +96,108 @@ class Stepper:
             # the state is kept alive, so that its identity is not used again
             self._phase_graphs[id(state)] = (workers.capture(phases), state)
         workers.replay(self._phase_graphs[id(state)][0])
-        self._replay(("muscles", state), lambda: self._launch_muscle_lengths(state))
-
-    @shares_warp
-    def solve(self, state: State, control: Control, contacts: Contacts) -> None:
-        """The step's velocities with the contact modes as they were."""
-        self._check(control)
-        renew = self._renewed = self._contact.preconditioner.stale
-        self._contact.find_pairs(state, contacts)
-        key = ("solve with a new factor" if renew else "solve", state, control, contacts)
-        self._replay(key, lambda: self._launch_solve(state, control, contacts, renew))
-        if renew:
-            self._contact.preconditioner.renewed()
-
-    @shares_warp
-    def resolve_contact(
-        self, state: State, control: Control, contacts: Contacts, after: State
-    ) -> StepStatistics:
-        """Choose contact modes anew until they settle, then write the state after the step."""
-        key = ("contact", state, control, contacts, after)
-        self._replay(key, lambda: self._launch_contact(state, control, contacts, after))
-        return self._read_statistics()
+        self._replay(("muscles",), (state,), lambda: self._launch_muscle_lengths(state))
 
     @shares_warp
     def step(
-        self, state: State, control: Control, contacts: Contacts, after: State
+        self,
+        state: State,
+        control: Control,
+        contacts: Contacts,
+        after: State,
+        *,
+        decide: Callable[[], object] | None = None,
+        clock: StepClock | None = None,
     ) -> StepStatistics:
         """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place.
 
-        On one thread the whole step is one graph.
+        The order of a step is here alone: assembly, control, solve, contact. On one thread a step
+        that nobody decides in and nobody times is one graph, else each part is one.
+
+        Args:
+            state: where the step begins.
+            control: what acts in it.
+            contacts: of the step before, and after it of this one.
+            after: where it ends.
+            decide: called once the matrix of ``state`` is assembled, to set ``control``.
+            clock: takes the times of the parts.
         """
-        if self._workers is not None:
-            self.assemble(state)
-            self.solve(state, control, contacts)
-            return self.resolve_contact(state, control, contacts, after)
-        self._check(control)
-        self._contact.turning.follow_plan(False)
-        renew = self._renewed = self._contact.preconditioner.stale
-        self._contact.find_pairs(state, contacts)
-
-        def launch() -> None:
-            self._launch_assembly(state)
-            self._launch_solve(state, control, contacts, renew)
-            self._launch_contact(state, control, contacts, after)
-
-        key = ("step with a new factor" if renew else "step", state, control, contacts, after)
-        self._replay(key, launch)
-        if renew:
-            self._contact.preconditioner.renewed()
+        if decide is not None:
+            checks.called_with("decide of Stepper.step", decide, 0, "a function without arguments")
+        if clock is not None:
+            checks.instance("clock of Stepper.step", clock, StepClock)
+        whole = decide is None and clock is None and self._workers is None
+        for parts in (PARTS,) if whole else tuple((part,) for part in PARTS):
+            if "assembly" in parts:
+                self._begin(state)
+            if "solve" in parts:
+                if decide is not None:
+                    decide()
+                    _mark(clock, "control")
+                self._prepare(state, control, contacts)
+            self._run(parts, state, control, contacts, after)
+            _mark(clock, parts[-1])
         return self._read_statistics()
+
+    def _begin(self, state: State) -> None:
+        """Note what is to be assembled, and that no controller has planned the step yet."""
+        self.assembled = state
+        self.contact.turning.follow_plan(False)
+
+    def _prepare(self, state: State, control: Control, contacts: Contacts) -> None:
+        """Do on the host what precedes the solve, and no graph can hold."""
+        if self._muscles is not None and isinstance(control, Control):
+            check_tensions(self._views.read(control.rest_lengths))
+        self._renewed = self.contact.preconditioner.stale
+        self.contact.find_pairs(state, contacts)
+
+    def _run(
+        self,
+        parts: tuple[Part, ...],
+        state: State,
+        control: Control,
+        contacts: Contacts,
+        after: State,
+    ) -> None:
+        """Replay parts of a step that follow each other, as one graph."""
+        if parts == ("assembly",):
+            self._run_assembly(state)
+            return
+        renew = self._renewed and "solve" in parts
+
+        launches: dict[Part, Callable[[], None]] = {
+            "assembly": lambda: self._launch_assembly(state),
+            "solve": lambda: self._launch_solve(state, control, contacts, renew),
+            "contact": lambda: self._launch_contact(state, control, contacts, after),
+        }
+
+        def launch_parts() -> None:
+            for part in parts:
+                launches[part]()
+
+        key = (*parts, "renew") if renew else parts
+        ends = (after,) if "contact" in parts else ()
+        self._replay(key, (state, control, contacts, *ends), launch_parts)
+        if renew:
+            self.contact.preconditioner.renewed()
 
     def account(self) -> Account:
         """What all steps so far did to the bodies' momentum, and contact to their energy."""
-        return self._contact.accountant.read()
+        return self.contact.accountant.read()
 
     def follow_plan(self) -> None:
-        """Note that the step from the assembled state is planned by its linear maps (`Bridge`)."""
-        self._contact.turning.follow_plan(True)
+        """Note that the step from the assembled state is planned by its linear maps."""
+        self.contact.turning.follow_plan(True)
 
-    def _check(self, control: Control) -> None:
-        if self._muscles is not None and isinstance(control, Control):
-            check_tensions(self._views.read(control.rest_lengths))
-
-    def _replay(self, key: tuple[Any, ...], launch: Callable[[], None]) -> None:
+    def _replay(
+        self, name: tuple[str, ...], own: tuple[object, ...], launch: Callable[[], None]
+    ) -> None:
         """Replay a graph; the first time, capture it. States are told apart by identity."""
-        identity = (key[0], *(id(part) for part in key[1:]))
+        identity = (*name, *map(id, own))
         if identity not in self._graphs:
-            checked_parts(self.model, key[1:])
-            # the key's objects are kept alive, so that their identities are not used again
-            self._graphs[identity] = (captured(self._device, launch), key)
+            checked_parts(self.model, own)
+            # the states are kept alive, so that their identities are not used again
+            self._graphs[identity] = (captured(self._device, launch), own)
         wp.capture_launch(self._graphs[identity][0])
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
@@ -170,7 +219,7 @@ class Stepper:
     def _launch_solve(
         self, state: State, control: Control, contacts: Contacts, renew: bool
     ) -> None:
-        m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
+        m, a, k, contact = self.model, self.model.arrays, self._ends, self.contact
         if self._muscles is not None:
             inputs = [a.muscles.stiffness, control.rest_lengths, self.lengths]
             self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
@@ -203,22 +252,22 @@ class Stepper:
         m, k = self.model, self._ends
         ends = [after.positions, after.velocities, after.increments, after.carry]
         before = [state.positions, state.velocities]
-        inputs = [m.arrays.step.factors, *before, self._contact.change, self._contact.carry]
-        self._contact.launch_modes(state, contacts)
+        inputs = [m.arrays.step.factors, *before, self.contact.change, self.contact.carry]
+        self.contact.launch_modes(state, contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
-            moved = [self._contact.before, self._contact.change]
+            moved = [self.contact.before, self.contact.change]
             self._launch_again(state, control, contacts, after.positions, moved)
-            self._contact.launch_next(state, contacts)
-            self._contact.launch_modes(state, contacts)
+            self.contact.launch_next(state, contacts)
+            self.contact.launch_modes(state, contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
 
         def relinearise(positions: Any, before: Any, change: Any) -> None:
             self._launch_again(state, control, contacts, positions, [before, change])
 
-        self._contact.launch_turning(state, contacts, after, relinearise)
+        self.contact.launch_turning(state, contacts, after, relinearise)
         self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
-        self._contact.launch_account(contacts)
+        self.contact.launch_account(contacts)
 
     def _launch_again(
         self, state: State, control: Control, contacts: Contacts, positions: Any, moved: list[Any]
@@ -227,7 +276,7 @@ class Stepper:
 
         ``moved`` are the velocities before the step and their change so far.
         """
-        m, a, k, contact = self.model, self.model.arrays, self._ends, self._contact
+        m, a, k, contact = self.model, self.model.arrays, self._ends, self.contact
         self.assembly.launch(positions, state.velocities)
         nodes = [a.gather.node_start, a.gather.node_corners, a.step.factors]
         nodes += [a.step.stiffness_share]
@@ -241,6 +290,4 @@ class Stepper:
     def _read_statistics(self) -> StepStatistics:
         reach, speed = self._read_extremes().tolist()
         resolved = reach < self._most_reach
-        return self._contact.read_statistics(
-            renewed=self._renewed, resolved=resolved, fastest=speed
-        )
+        return self.contact.read_statistics(renewed=self._renewed, resolved=resolved, fastest=speed)

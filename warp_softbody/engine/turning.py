@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody.device.launching import launch
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import Contacts, State
 from warp_softbody.kernels.turning import PLANNED_SHARE, make_turning
@@ -80,7 +81,7 @@ class Turning:
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+        launch(kernel, dim, inputs, outputs, device)
 
     def follow_plan(self, planned: bool) -> None:
         """Note whether the steps to come are planned; not to be captured."""

@@ -8,6 +8,7 @@ of their own in `input_kinds`.
 
 from __future__ import annotations
 
+import inspect
 import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -215,6 +216,16 @@ def function(label: str, value: object, wanted: str) -> Callable[..., Any]:
     if not callable(value):
         refuse(label, wanted, value)
     return value
+
+
+def called_with(label: str, value: object, count: int, wanted: str) -> Callable[..., Any]:
+    """A function that takes a number of arguments by place."""
+    given = function(label, value, wanted)
+    try:
+        inspect.signature(given).bind(*range(count))
+    except (TypeError, ValueError):
+        refuse(label, wanted, value)
+    return given
 
 
 def keep(record: object, **values: object) -> None:

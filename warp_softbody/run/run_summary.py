@@ -56,7 +56,7 @@ class RunSummary:
         time_step: s, as used.
         step_ms: spread by part, and "all"; "assembly" is rotations, forces and matrix, "solve" the
             linear solve with last step's contact modes, "contact" what finding the modes took
-            beyond it, "control" the bridge and the QPCC, "export" writing and drawing, spread over
+            beyond it, "control" the reduced dynamics and the QPCC, "export" writing and drawing, spread over
             the steps of a frame.
         tets, nodes, segments, patches: sizes.
         qps_per_step, cg_iterations, contact_passes: counts per step.

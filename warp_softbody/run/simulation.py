@@ -10,23 +10,25 @@ from dataclasses import replace
 import numpy as np
 
 from warp_softbody.controllers.control_options import ControlOptions, Method
-from warp_softbody.controllers.control_solver import Driver
+from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.engine.model import build_model
-from warp_softbody.engine.momentum_account import ShapeGauge
+from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.engine.precision_choice import with_precision
-from warp_softbody.engine.reduced_dynamics import Bridge
+from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.engine.snapshots import Snapshots
 from warp_softbody.engine.state import SLACK, Contacts, Control, State
-from warp_softbody.engine.step_statistics import StepStatistics
+from warp_softbody.engine.step_statistics import StepClock, StepStatistics
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_summary import MeanSpread, RunSummary, Spread, StepLog
 from warp_softbody.run.sleep import Sleep
+from warp_softbody.run.step_record import StepObserver, StepRecord
 from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.scene import Scene
 from warp_softbody.world.view import BodyView
@@ -46,6 +48,14 @@ class Simulation:
     """A scene in motion.
 
     The time step is shortened, where need be, to a whole number of steps per frame.
+
+    Attributes:
+        model: what is simulated.
+        fps: frames per simulated second.
+        name: of the scene, in what is told of the run.
+        stepper: takes the steps.
+        control: what acts in the next step, written over by pushes and by the controller.
+        contacts: as the last step left them.
     """
 
     @shares_warp
@@ -84,12 +94,12 @@ class Simulation:
         self.model = build_model(scene, options)
         self.fps = float(fps)
         self.name = name
-        self._stepper = Stepper(self.model)
+        self.stepper = Stepper(self.model)
         self._state = State.at_rest(self.model)
         self._after = State.at_rest(self.model)
-        self._control = Control.slack(self.model)
-        self._contacts = Contacts.none(self.model)
-        self._driver = None
+        self.control = Control.slack(self.model)
+        self.contacts = Contacts.none(self.model)
+        self._control_solver = None
         if controller is not None and not self.model.segment_count:
             warnings.warn(
                 f"{name!r} has no muscles, so its controller is never asked",
@@ -97,16 +107,18 @@ class Simulation:
                 stacklevel=3,
             )
         if controller is not None and self.model.segment_count:
-            bridge = Bridge(
-                self._stepper,
+            dynamics = ReducedDynamics(
+                self.stepper,
                 tolerance=control.response_tolerance,
                 max_iterations=control.max_response_iterations,
             )
-            self._driver = Driver(controller, bridge, control)
+            self._control_solver = ControlSolver(controller, dynamics, control)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
         self._planned = ContactSample()
+        self._decision: Decision | None = None
         self._snapshots = Snapshots(self.model)
-        self._pushed = False
+        self._pushes = Pushes(self.model)
+        self._observers: list[StepObserver] = []
         share = self.model.speed_share
         self._sleep = Sleep(step, allowed=options.sleep, speed_share=share)
         self._steps = 0
@@ -123,6 +135,27 @@ class Simulation:
     def time(self) -> float:
         """Simulated time, s."""
         return self._steps * self.model.options.time_step
+
+    @property
+    def state(self) -> State:
+        """Where the nodes are now, and how they move, on the device."""
+        return self._state
+
+    @property
+    def asleep(self) -> bool:
+        """Whether steps are left out, since all bodies are at rest."""
+        return self._sleep.asleep
+
+    @property
+    def shapes(self) -> Shapes:
+        """How the bodies were deformed in the last frame, and at most so far."""
+        return self._gauge.read()
+
+    def observe(self, observer: StepObserver) -> None:
+        """Call ``observer`` with the record of every step to come, once it is taken."""
+        wanted = "a function of a StepRecord"
+        checks.called_with("observer of a Simulation", observer, 1, wanted)
+        self._observers.append(observer)
 
     def run(self, seconds: float) -> Iterator[Frame]:
         """Frames at t = 0, 1/fps, ... up to ``seconds``.
@@ -161,44 +194,58 @@ class Simulation:
 
     @shares_warp
     def _step(self) -> None:
-        first = self._steps == 0
-        begun = time.perf_counter()
-        pushed = self._push()
+        clock = StepClock()
+        pushed = self._pushes.apply(self.control, self.time)
         wanted = self._goals()
+        clock.mark("control")
         acted = pushed or wanted is not None
         if self._sleep.asleep and not acted:
             self._sleep.skip()
             self._steps += 1
-            self._wall += time.perf_counter() - begun
+            self._wall += clock.total
             return
-        asked = time.perf_counter()
-        self._stepper.assemble(self._state)
-        assembled = time.perf_counter()
-        self._decide(wanted)
-        decided = time.perf_counter()
-        self._stepper.solve(self._state, self._control, self._contacts)
-        solved = time.perf_counter()
-        statistics = self._stepper.resolve_contact(
-            self._state, self._control, self._contacts, self._after
+        self._decision = None
+        statistics = self.stepper.step(
+            *(self._state, self.control, self.contacts, self._after),
+            decide=None if self._control_solver is None else lambda: self._decide(wanted),
+            clock=clock,
         )
         self._refuse_nonsense(statistics)
+        record = StepRecord(
+            index=self._steps,
+            time=self.time,
+            statistics=statistics,
+            decision=self._decision,
+            before=self._state,
+            state=self._after,
+            control=self.control,
+            contacts=self.contacts,
+        )
         self._state, self._after = self._after, self._state
         self._account.note(statistics, self.time)
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
-        ended = time.perf_counter()
-        self._log.renewals += statistics.renewed
-        self._log.unconverged += not statistics.settled
-        if first:
-            # the first step loads kernels and captures graphs
-            self._setup += ended - begun
+        clock.mark("contact")
+        self._note(statistics, clock)
+        for observer in self._observers:
+            observer(record)
+
+    def _note(self, statistics: StepStatistics, clock: StepClock) -> None:
+        """Add a step to the log; the first one loads kernels and captures graphs."""
+        log, decision = self._log, self._decision
+        log.renewals += statistics.renewed
+        log.unconverged += not statistics.settled
+        if decision is not None:
+            log.qps.append(decision.result.qp_count)
+            log.unconverged += not decision.converged
+            log.unkicked += not decision.kicked
+            log.patches = max(log.patches, len(decision.result.modes))
+        if self._steps == 1:
+            self._setup += clock.total
             return
-        self._wall += ended - begun
-        log = self._log
-        log.seconds["assembly"].append(assembled - asked)
-        log.seconds["control"].append(asked - begun + decided - assembled)
-        log.seconds["solve"].append(solved - decided)
-        log.seconds["contact"].append(ended - solved)
+        self._wall += clock.total
+        for part, seconds in clock.seconds.items():
+            log.seconds[part].append(seconds)
         log.iterations.append(statistics.iterations)
         log.passes.append(statistics.passes)
         log.residuals.append(statistics.residual)
@@ -212,7 +259,7 @@ class Simulation:
             what = "numbers stopped being finite"
         elif not statistics.resolved:
             what = f"nodes are too far away for {options.precision} to tell them apart"
-        elif not statistics.converged and self._account.has_diverged(self._stepper.account()):
+        elif not statistics.converged and self._account.has_diverged(self.stepper.account()):
             what = "a linear solve diverged, and more momentum came from nowhere than from forces"
         if what is None:
             return
@@ -233,7 +280,7 @@ class Simulation:
         """The run so far in numbers."""
         model, log = self.model, self._log
         positions = self._state.positions.numpy().astype(np.float64)
-        measured = (self._stepper.account(), self._gauge.read(), positions)
+        measured = (self.stepper.account(), self._gauge.read(), positions)
         findings = self._account.findings(*measured)
         status = "doubtful" if self._status == "complete" and findings.doubts else self._status
         return RunSummary(
@@ -255,7 +302,7 @@ class Simulation:
             residuals=Spread.of(log.residuals),
             renewals=log.renewals,
             unkicked_steps=log.unkicked,
-            left_out=model.absent_parts + (() if self._driver else ("control",)),
+            left_out=model.absent_parts + (() if self._control_solver else ("control",)),
             unconverged_steps=log.unconverged,
             slept_steps=self._sleep.slept,
             signorini=log.signorini,
@@ -277,15 +324,15 @@ class Simulation:
     @shares_warp
     def view(self) -> BodyView:
         """The state as a controller sees it."""
-        return self._snapshots.view(self._state, self._contacts, self._rest_lengths, self.time)
+        return self._snapshots.view(self._state, self.contacts, self._rest_lengths, self.time)
 
     def _goals(self) -> tuple[BodyView, Goals] | None:
         """What the controller wants of the step, and what it saw."""
-        if self._driver is None:
+        if self._control_solver is None:
             return None
         view = self.view()
         try:
-            goals = self._driver.goals(view)
+            goals = self._control_solver.goals(view)
         except InputError as error:
             raise InputError(
                 f"{error} (asked for by the controller at step {self._steps}, {self.time:.4g} s)"
@@ -293,52 +340,30 @@ class Simulation:
         return None if goals is None else (view, goals)
 
     def _decide(self, wanted: tuple[BodyView, Goals] | None) -> None:
-        if self._driver is None:
-            return
-        if wanted is None:
-            self._rest_lengths = SLACK * self.model.muscles.rest_lengths
-            self._planned = ContactSample()
-        else:
+        """Set the muscles of the step whose matrix is assembled."""
+        lengths, planned = SLACK * self.model.muscles.rest_lengths, ContactSample()
+        if wanted is not None and self._control_solver is not None:
             try:
-                decision = self._driver.plan(*wanted)
+                decision = self._control_solver.decide(*wanted)
             except InputError as error:
                 raise InputError(
                     f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
                 ) from error
-            self._rest_lengths = decision.rest_lengths
-            if not np.isfinite(self._rest_lengths).all():
+            self._decision = decision
+            lengths, planned = decision.rest_lengths, decision.planned
+            if not np.isfinite(lengths).all():
                 raise NotFiniteError(
                     f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
                     f"{self.name!r}",
                     step=self._steps,
                     time=self.time,
                 )
-            self._planned = decision.planned
-            self._log.qps.append(decision.result.qp_count)
-            self._log.unconverged += not decision.converged
-            self._log.unkicked += not decision.kicked
-            self._log.patches = max(self._log.patches, len(decision.result.modes))
-        self._control.rest_lengths.assign(self._rest_lengths)
-
-    def _push(self) -> bool:
-        """Forces of the scene's pushes, averaged over the step; whether there are any."""
-        scene, dt = self.model.scene, self.model.options.time_step
-        shares = [push.share(self.time, self.time + dt) for push in scene.pushes]
-        if not any(shares) and not self._pushed:
-            return False
-        forces = np.zeros((self.model.node_count, 3))
-        acting = [(p, share) for p, share in zip(scene.pushes, shares, strict=True) if share > 0.0]
-        for push, share in acting:
-            nodes = scene.whole.region(push.region)
-            masses = self.model.masses[nodes]
-            forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
-        self._control.external_forces.assign(forces)
-        self._pushed = any(shares)
-        return self._pushed
+        self._rest_lengths, self._planned = lengths, planned
+        self.control.rest_lengths.assign(lengths)
 
     @shares_warp
     def _handed_out(self) -> Frame:
-        now = (self._state, self._contacts, self._rest_lengths, self._planned)
+        now = (self._state, self.contacts, self._rest_lengths, self._planned)
         frame = self._snapshots.frame(self._frames, self.time, *now)
         self._gauge.measure(self._state)
         self._frames += 1

@@ -14,6 +14,7 @@ from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.characters import letter_x
+from warp_softbody.device.launching import launch
 from warp_softbody.engine.muscle_layout import SMALLEST_WEIGHT, build_muscle_layout
 from warp_softbody.engine.options import TANGENTS, Precision, Tangent
 from warp_softbody.kernels.muscles import make_muscles
@@ -128,9 +129,8 @@ def muscle_forces_at(body: Rig, positions: FloatArray, activations: FloatArray) 
     kernels, types = make_muscles(model.options.precision), model.types
     tensions = model.zeros(model.segment_count, types.scalar)
     corners = model.zeros(4 * model.tet_count, types.vec3)
-    launch = body.stepper._launch
     inputs = [a.muscles.stiffness, body.control.rest_lengths, body.stepper.lengths]
-    launch(kernels.segment_tensions, model.segment_count, inputs, [tensions])
+    launch(kernels.segment_tensions, model.segment_count, inputs, [tensions], "cpu")
     pairs = [
         a.muscles.pair_start,
         a.muscles.pair_segment,
@@ -138,7 +138,7 @@ def muscle_forces_at(body: Rig, positions: FloatArray, activations: FloatArray) 
         a.muscles.directions,
     ]
     inputs = [*pairs, tensions, body.stepper.assembly.rotations, body.stepper.assembly.area_rows]
-    launch(kernels.muscle_tets, model.tet_count, inputs, [corners])
+    launch(kernels.muscle_tets, model.tet_count, inputs, [corners], "cpu")
     by_corner = corners.numpy().astype(np.float64).reshape(-1, 4, 3)
     forces = np.zeros((model.node_count, 3))
     np.add.at(forces, model.scene.character.mesh.tets, by_corner)

@@ -52,5 +52,5 @@ def test_a_fast_collision_leaves_the_volume(speed: float) -> None:
     simulation = Simulation(scene, options=SimulationOptions(time_step=1.0 / 120.0))
     for _ in simulation.run(0.5):
         pass
-    volumes = simulation._gauge.read().volumes
+    volumes = simulation.shapes.volumes
     np.testing.assert_allclose(volumes, 1.0, atol=0.1)

@@ -164,8 +164,8 @@ def test_the_account_sees_what_the_balance_does_not_mend() -> None:
     body = rig(box(), precision="float64", gravity=(0.0, 0.0, -GRAVITY))
     body.step()
     assert np.linalg.norm(body.stepper.account().missing) < 1e-12
-    body.stepper._contact.launch_account(body.contacts)
-    body.stepper._contact.change.assign(numbers(body.stepper._contact.change) + 0.1)
-    body.stepper._contact.launch_account(body.contacts)
+    body.stepper.contact.launch_account(body.contacts)
+    body.stepper.contact.change.assign(numbers(body.stepper.contact.change) + 0.1)
+    body.stepper.contact.launch_account(body.contacts)
     missing = body.stepper.account().missing
     np.testing.assert_allclose(missing[0], 0.1 * body.masses.sum() * np.ones(3), rtol=1e-9)

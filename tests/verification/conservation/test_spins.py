@@ -25,7 +25,7 @@ from warp_softbody import (
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh_geometry import tet_volumes
 from warp_softbody.engine.options import Precision
-from warp_softbody.engine.reduced_dynamics import Bridge
+from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 
 RUBBER = Material(young_modulus=1e6, poisson_ratio=0.3, stiffness_damping=0.01)
 SHAPES = {
@@ -211,11 +211,11 @@ def test_a_planned_step_takes_the_straight_path() -> None:
         arms = body.positions - body.center
         body.place(velocities=np.cross([0.0, speed, 0.0], arms))
         before = body.positions
-        body.stepper.assemble(body.state)
-        rows = np.eye(3 * len(before))[:2]
-        Bridge(body.stepper).solve(rows, free=True)
-        body.stepper.solve(body.state, body.control, body.contacts)
-        body.stepper.resolve_contact(body.state, body.control, body.contacts, body.after)
+        dynamics, rows = ReducedDynamics(body.stepper), np.eye(3 * len(before))[:2]
+        body.stepper.step(
+            *(body.state, body.control, body.contacts, body.after),
+            decide=lambda: dynamics.solve(rows, free=True),  # noqa: B023
+        )
         body.state, body.after = body.after, body.state
         path = before + body.velocities / 120.0
         assert np.allclose(body.positions, path, atol=1e-12) == straight
@@ -279,14 +279,14 @@ def test_the_ground_beside_a_spin_is_as_it_was() -> None:
     for _ in range(30):
         simulation.step()
     own = simulation.model.scene.parts[1].nodes
-    positions = simulation._state.positions.numpy().astype(float)
-    velocities = simulation._state.velocities.numpy().astype(float)
+    positions = simulation.state.positions.numpy().astype(float)
+    velocities = simulation.state.velocities.numpy().astype(float)
     arms = positions[own] - positions[own].mean(axis=0)
     velocities[own] += np.cross([0.0, 30.0, 30.0], arms)
-    simulation._state.velocities.assign(velocities)
+    simulation.state.velocities.assign(velocities)
     kept = positions[: own.start]
     for _ in range(20):
         simulation.step()
-    now = simulation._state.positions.numpy().astype(float)[: own.start]
+    now = simulation.state.positions.numpy().astype(float)[: own.start]
     np.testing.assert_allclose(now, kept, atol=1e-4)
     assert simulation.summary().findings.doubts == ()
