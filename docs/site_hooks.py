@@ -83,9 +83,13 @@ def _api_page(module: griffe.Object | griffe.Alias) -> str:
     """The public names of a module, under a heading for each room."""
     names: dict[str, list[str]] = defaultdict(list)
     for name in sorted(_public_names(module), key=str.casefold):
-        member = module.members[name]
-        if not (member.is_module and not member.is_alias):
-            names[_room(module, member)].append(f"::: {module.path}.{name}\n")
+        member, path = module.members[name], f"{module.path}.{name}"
+        if not member.is_alias and member.is_module:
+            if name not in member.members:
+                continue
+            # a function that stands in a module of its own name
+            path = f"{member.path}.{name}"
+        names[_room(module, member)].append(f"::: {path}\n")
     parts = [f"# `{module.path}`\n", module.docstring.value if module.docstring else "", ""]
     rooms = [room for room in ROOMS.values() if room in names]
     for room in [*rooms, *(room for room in names if room not in rooms)]:

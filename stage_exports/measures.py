@@ -25,7 +25,7 @@ that is 6e-4 m/s^2, and a swing to and fro of 0.1 micrometre."""
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Measures(Value):
-    """One value a frame.
+    """What `measure` returns: one value for each frame.
 
     Attributes:
         times: (f,) s.
@@ -51,7 +51,7 @@ class Measures(Value):
 
 
 def reversals(take: Take) -> float:
-    """Share of node accelerations between frames that turn against those of the frame before.
+    """Return the share of node accelerations that point against those of the frame before.
 
     A node's acceleration turns against another when their dot product is negative. A body that
     shakes has many; it depends on the frame rate, so compare at 60 frames a second. Changes of
@@ -66,7 +66,7 @@ def reversals(take: Take) -> float:
 
 
 def measure(take: Take) -> Measures:
-    """Measure every frame of a take.
+    """Measure every frame of a take from its stored points.
 
     Raises:
         InputError: no take, or one whose body has no volume at rest, which everything is measured

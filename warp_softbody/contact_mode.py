@@ -8,7 +8,7 @@ from warp_softbody.inputs import input_kinds
 
 
 class ContactMode(IntEnum):
-    """What a touching point does (docs/method.md section 5)."""
+    """Whether a contact lifts, sticks or slides (docs/method.md section 5)."""
 
     LIFT = 0
     STICK = 1

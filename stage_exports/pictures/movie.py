@@ -24,7 +24,7 @@ from warp_softbody.world.scene import Scene
 
 
 class Movie:
-    """Draws frames as they come: `with Movie("balance.mp4", scene) as movie: movie.write(frame)`.
+    """Draws a movie by frames: `with Movie("balance.mp4", scene) as movie: movie.write(frame)`.
 
     The camera stands still. At the end, also after an exception, the frames so far replace an older
     file in one step; without a frame nothing is left behind.
@@ -92,7 +92,7 @@ class Movie:
             raise
 
     def close(self) -> None:
-        """Finish the file; harmless when closed already or without a frame.
+        """Finish the file; without a frame, or a second time, this does nothing.
 
         Raises:
             OutputError: it could not be written; an older file is as it was.

@@ -30,7 +30,7 @@ def draw_take(
     columns: int = 4,
     size: Size = (360, 300),
 ) -> Path:
-    """Draw frames of a take, evenly spread in time from first to last, row by row.
+    """Draw frames of a take at even intervals from first to last, row by row.
 
     Args:
         path: ends in .png; an existing file is replaced in one step.
@@ -57,7 +57,7 @@ def draw_take(
 
 
 def take_bounds(*takes: Take) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest corner of all frames, as `Movie` takes them."""
+    """Return the lowest and highest corner of all frames, as `Movie` takes them."""
     if not takes:
         raise InputError("take_bounds needs at least one take")
     checks.items("takes of take_bounds", takes, Take)

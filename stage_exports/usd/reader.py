@@ -32,7 +32,7 @@ from warp_softbody.inputs.records import Value
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Take(Value):
-    """One body's motion in NumPy; lengths as stored, in single precision, widened to float64.
+    """The motion of one body in NumPy; lengths are stored in single precision and widened here.
 
     Attributes:
         name: of the body.
@@ -80,7 +80,7 @@ class Take(Value):
 
 
 def read_take(path: str | Path, name: str | None = None) -> Take:
-    """Read one body of a file that StageWriter wrote; any other is refused in one sentence.
+    """Read one body of a stage that a `StageWriter` wrote, and refuse any other file.
 
     Args:
         path: the stage.
@@ -106,7 +106,7 @@ def read_takes(path: str | Path) -> tuple[Take, ...]:
 
 
 def body_names(path: str | Path) -> tuple[str, ...]:
-    """Names of the bodies of a stage, the scene's character first.
+    """Return the names of the bodies of a stage, the scene's character first.
 
     Raises:
         InputError: the file is none or is damaged.

@@ -9,7 +9,7 @@ from warp_softbody.stage_exports.usd.isolation import apart
 
 
 def validate(path: str | Path) -> list[str]:
-    """Everything that is wrong with an exported file, one sentence each; empty when nothing is."""
+    """Return what is wrong with an exported file, a sentence for each fault."""
     try:
         return list(apart("find_faults", path))
     except InputError as error:

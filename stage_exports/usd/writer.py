@@ -22,7 +22,7 @@ from warp_softbody.world.scene import Scene
 
 
 class StageWriter:
-    """Writes a take: `with StageWriter(path, scene) as stage: stage.write(frame)`.
+    """Writes frames as a USD stage: `with StageWriter(path, scene) as stage: stage.write(frame)`.
 
     Frames are copied and wait in memory until a chunk is full; closed chunks survive a crash (see
     `recover`). At the end, also after an exception or Ctrl-C in the `with` body, the frames so far
@@ -100,7 +100,7 @@ class StageWriter:
                 self._flush()
 
     def close(self) -> None:
-        """Merge the chunks into the target; harmless when closed already.
+        """Merge the chunks into the target; a second call does nothing.
 
         Raises:
             OutputError: the stage could not be written; closed chunks are kept for `recover`.

@@ -27,7 +27,7 @@ IntArray = npt.NDArray[np.int32]
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Character(FrozenValue):
-    """Everything about a body that does not change while it moves.
+    """A body with everything about it that does not change while it moves.
 
     Attributes:
         name: also the name of its prim in the stage, so a valid identifier.
@@ -80,7 +80,7 @@ class Character(FrozenValue):
 
     @property
     def fibers(self) -> tuple[Fiber, ...]:
-        """All fibres, in the order of the segments of the model."""
+        """Fibres of all groups, in the order of the model's segments."""
         return tuple(fiber for group in self.muscles for fiber in group.fibers)
 
     @property
@@ -90,11 +90,11 @@ class Character(FrozenValue):
 
     @cached_property
     def node_friction(self) -> NodeFriction:
-        """What directional friction says of each node."""
+        """Return the directional friction of each node."""
         return friction_by_node(self.directional_friction, self.regions, len(self.mesh.points))
 
     def region(self, name: str) -> IntArray:
-        """Node indices of a named region; one sentence when there is none of that name."""
+        """Return the node indices of a named region, or raise where there is none of that name."""
         if not isinstance(name, str) or name not in self.regions:
             known = ", ".join(sorted(self.regions)) or "none"
             raise InputError(

@@ -47,7 +47,7 @@ class DirectionalFriction:
 
     @property
     def eight(self) -> FloatArray:
-        """(8,) factors, those between four given ones filled in."""
+        """Return the factors of eight directions (8,); between four given ones the means."""
         given = np.array(self.factors)
         if len(given) == DIRECTIONS:
             return given

@@ -13,7 +13,7 @@ VOLUMES: tuple[Volume, ...] = get_args(Volume)
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """Isotropic, linear in the corotated strain (docs/method.md section 1).
+    """An isotropic material, linear in the corotated strain (docs/method.md section 1).
 
     Attributes:
         young_modulus: E, Pa, > 0.

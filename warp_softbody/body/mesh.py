@@ -30,7 +30,7 @@ Number = TypeVar("Number", bound=np.generic)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TetMesh(FrozenValue):
-    """Points and tets in the rest pose; make one by a `from_...` method or `read`.
+    """A tetrahedral mesh in the rest pose, made by `read` or one of the `from_...` methods.
 
     The constructor itself repairs nothing: it takes arrays such as another mesh's.
 

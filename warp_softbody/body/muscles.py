@@ -14,7 +14,7 @@ from warp_softbody.inputs.records import FrozenValue
 
 
 class FiberKind(str, Enum):
-    """What a fibre is for; the mechanics is the same for all kinds."""
+    """The purpose of a fibre; the mechanics is the same for all kinds."""
 
     LONGITUDINAL = "longitudinal"
     RADIAL = "radial"

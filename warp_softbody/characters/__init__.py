@@ -43,12 +43,12 @@ _CHARACTERS = {
 
 
 def names() -> tuple[str, ...]:
-    """Names of all characters."""
+    """Return the names of all characters."""
     return tuple(_CHARACTERS)
 
 
 def make(name: str) -> Character:
-    """The character of a name.
+    """Return the character of a name.
 
     Raises:
         InputError: there is none of that name.

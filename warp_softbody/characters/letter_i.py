@@ -45,7 +45,7 @@ def letter_i() -> Character:
 
 
 def letter_i_jump() -> Character:
-    """Letter I as it jumps: the same body and regions, with seven radial fibres more."""
+    """Return letter I with seven more radial fibres, with which it jumps."""
     rings = (
         ring(f"radial_{i}", (0.0, 0.0, z), (0.12, 0.0, 0.0), (0.0, 0.12, 0.0), 8)
         for i, z in enumerate(RING_HEIGHTS)
@@ -54,7 +54,7 @@ def letter_i_jump() -> Character:
 
 
 def letter_i_surface() -> trimesh.Trimesh:
-    """Closed surface of the letter, as a user's own file would hold it."""
+    """Return the closed surface of the letter, as a user's own file would hold it."""
     return load_recipe("letter_i").surface()
 
 

@@ -56,8 +56,8 @@ class RunSummary:
         time_step: s, as used.
         step_ms: spread by part, and "all"; "assembly" is rotations, forces and matrix, "solve" the
             linear solve with last step's contact modes, "contact" what finding the modes took
-            beyond it, "control" the reduced dynamics and the QPCC, "export" writing and drawing, spread over
-            the steps of a frame.
+            beyond it, "control" the reduced dynamics and the QPCC, "export" writing and drawing,
+            shared by the steps of a frame.
         tets, nodes, segments, patches: sizes.
         qps_per_step, cg_iterations, contact_passes: counts per step.
         residuals: median and 95th percentile of what the linear solves were asked for, of their

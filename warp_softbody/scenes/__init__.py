@@ -60,12 +60,12 @@ _RECIPES = {
 
 
 def names() -> tuple[str, ...]:
-    """Names of all scenes."""
+    """Return the names of all scenes."""
     return tuple(_RECIPES)
 
 
 def recipe(name: str) -> SceneRecipe:
-    """The recipe of a scene; one sentence with close matches when there is none of that name."""
+    """Return the recipe of a scene; an unknown name raises with close matches."""
     if not isinstance(name, str):
         checks.refuse("name of a scene", "a text", name)
     if name not in _RECIPES:
@@ -76,7 +76,7 @@ def recipe(name: str) -> SceneRecipe:
 
 
 def make(name: str, settings: Mapping[str, str | float] | None = None) -> ScenePlan:
-    """A scene with its controller, ready to be run.
+    """Return a scene with its controller, ready to be run.
 
     Args:
         name: one of `names()`.

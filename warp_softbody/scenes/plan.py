@@ -15,7 +15,7 @@ from warp_softbody.world.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """A number that the user may set.
+    """A number of a scene that the user may set.
 
     Attributes:
         name: as in ``--set name=value``.
@@ -45,7 +45,7 @@ class Setting:
         checks.truth("Setting.whole", self.whole)
 
     def parse(self, value: str | float) -> float:
-        """The number that a text or a number stands for, if it lies in the range."""
+        """Return the number that a text or a number stands for, if it lies in the range."""
         try:
             number = float(value) if isinstance(value, str) else checks.number(self.name, value)
         except ValueError:
@@ -62,7 +62,7 @@ class Setting:
 
 @dataclass(frozen=True, kw_only=True)
 class ScenePlan:
-    """A scene ready to be run.
+    """A scene with its controller, ready to be run.
 
     Attributes:
         name: as in ``warp-softbody run``.
@@ -99,7 +99,7 @@ Build = Callable[[Values], tuple[Scene, Controller | None]]
 
 @dataclass(frozen=True, kw_only=True)
 class SceneRecipe:
-    """A shipped scene before its numbers are set.
+    """A shipped scene with settings that may be given.
 
     Attributes:
         name: as in ``warp-softbody run``.
@@ -128,7 +128,7 @@ class SceneRecipe:
         checks.settle(self, positive=("seconds", "time_step"))
 
     def make(self, given: Mapping[str, str | float]) -> ScenePlan:
-        """The plan for the settings given; the others take their defaults."""
+        """Return the plan for the settings given; the others take their defaults."""
         values = self._values(given)
         scene, controller = self.build(values)
         return ScenePlan(

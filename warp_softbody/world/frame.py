@@ -33,7 +33,7 @@ def _triples() -> IntArray:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ContactSample(Value):
-    """Touching nodes of one frame: what acts on each, and from where.
+    """The contacts of one frame: which nodes touch, where, and with which force.
 
     Bodies are numbered as in Scene.parts, nodes through all bodies. A node that touches several
     things stands several times; an edge that touches another stands once for each of its ends. What
@@ -83,7 +83,7 @@ class ContactSample(Value):
             object.__setattr__(self, "partner_weights", np.zeros((count, 3)))
 
     def force_on(self, body: int | str, by: int | str | None = None) -> FloatArray:
-        """What acts on a body through its contacts, (3,) N.
+        """Return the force (3,) N that acts on a body through its contacts.
 
         Args:
             body: its number in Scene.parts, or its name.
@@ -102,7 +102,7 @@ class ContactSample(Value):
         return np.asarray(self.forces[onto].sum(axis=0) - self.forces[against].sum(axis=0))
 
     def seen_by(self, body: int, positions: FloatArray) -> ContactSample:
-        """All that acts on the nodes of a body, so that the forces add up to what acts on it.
+        """Return all contacts on a body's own nodes; their forces add up to the force on it.
 
         Beside its own samples, a triangle that another's node touches stands once for each of its
         corners that bear a part, with that node on the other side.
@@ -152,7 +152,7 @@ class ContactSample(Value):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Frame(Value):
-    """A snapshot; every array is a copy that the receiver may keep.
+    """A snapshot of the scene; every array is a copy that the receiver may keep.
 
     Attributes:
         index: number of the frame, from 0.

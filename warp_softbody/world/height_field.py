@@ -18,7 +18,7 @@ IntArray = npt.NDArray[np.int32]
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class HeightField(FrozenValue):
-    """Ground z = h(x, y), two flat triangles a cell; beyond the grid it goes on level.
+    """A ground z = h(x, y) with two flat triangles per cell; beyond the grid it is level.
 
     Attributes:
         heights: (rows, columns) m, h at x = origin[0] + row * spacing[0] and

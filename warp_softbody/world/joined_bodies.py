@@ -25,7 +25,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Body(FrozenValue):
-    """One more body of a scene.
+    """A further body of a scene, beside its character.
 
     Attributes:
         character: where it stands at the start.
@@ -60,7 +60,7 @@ def placed(
     axis: Vector = (0.0, 0.0, 1.0),
     degrees: float = 0.0,
 ) -> Character:
-    """A copy of a character, turned about an axis through the origin, then moved.
+    """Return a copy of a character, rotated about an axis through the origin, then translated.
 
     Args:
         character: what is copied.

@@ -19,7 +19,7 @@ STANDARD_GRAVITY = 9.81
 
 @dataclass(frozen=True, kw_only=True)
 class Push:
-    """A force spread over a region of the character by nodal mass, for a while.
+    """A force that acts on a region of the character for a while, distributed by nodal mass.
 
     Attributes:
         region: name of the region that is pushed.
@@ -51,7 +51,7 @@ class Push:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Scene(FrozenValue):
-    """What there is.
+    """Everything that is simulated: bodies, ground, pushes, gravity.
 
     Attributes:
         character: the body; the one that a controller moves.
@@ -104,7 +104,7 @@ class Scene(FrozenValue):
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """Where each body stands in the joined arrays."""
+        """The ranges of each body in the joined arrays."""
         return parts_of(self.characters)
 
     @cached_property

@@ -30,7 +30,7 @@ class FeatureNormals(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class TriangleGround(FrozenValue):
-    """The surface of something solid that never moves; open meshes have a front and a back.
+    """A fixed ground given by triangles; open meshes have a front and a back.
 
     Attributes:
         vertices: (v, 3) m.
