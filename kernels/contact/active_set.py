@@ -24,6 +24,7 @@ from warp_softbody.kernels.contact.friction_polygon import make_polygon_law
 from warp_softbody.kernels.contact.friction_smooth import make_smooth_law
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.stages import PICARD_PASSES, NodeChange, SearchStage, make_stages
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear import pcg as cg
 from warp_softbody.kernels.linear.codes import Counter, Scalar, VelocityConstraint
 from warp_softbody.kernels.precision import real
@@ -33,7 +34,7 @@ SUBJECT = "contact"
 
 @cache
 def make_contact(precision: str, directional: bool = False, directions: int = 0) -> SimpleNamespace:
-    """Kernels ``impose``, ``hold_fixed``, ``update_modes`` and ``conclude_pass``.
+    """Kernels ``impose``, ``hold_fixed`` and ``update_modes``.
 
     With ``directional`` the friction of a node depends on the direction in which it slides; with
     ``directions`` the cone has so many, and is smooth without.
@@ -53,7 +54,11 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         law = make_polygon_law(precision, subject, directions)
     freedom_of, coulomb_violation, choose = law.freedom_of, law.coulomb_violation, law.choose
     stages = make_stages(precision, subject)
-    stage_of, braked, next_stage = stages.stage_of, stages.braked, stages.next_stage
+    stage_of, braked = stages.stage_of, stages.braked
+    structs = make_contact_structs(precision)
+    GroundContacts, ContactPlanes = structs.GroundContacts, structs.ContactPlanes
+    MatrixRows, VelocityUpdate = structs.MatrixRows, structs.VelocityUpdate
+    ContactStates, PassRecord = structs.ContactStates, structs.PassRecord
     picard_passes = wp.constant(PICARD_PASSES)
     inner = wp.constant(scalar(law.inner_radius))
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
@@ -72,9 +77,8 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         surface_nodes: wp.array(dtype=int),
         fixed: wp.array(dtype=int),
         # in
-        normals: wp.array(dtype=vec3),
+        planes: ContactPlanes,
         modes: wp.array(dtype=int),
-        normal_velocity: wp.array(dtype=scalar),
         before: wp.array(dtype=vec3),
         # out
         kinds: wp.array(dtype=int),
@@ -85,18 +89,19 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         i = surface_nodes[c]
         if fixed[i] == 0:
             mode = modes[c]
-            n = normals[i]
+            n = planes.normals[i]
+            given = planes.normal_velocity[c]
             kind = VelocityConstraint.NONE
             if mode == Mode.STICK:
                 kind = VelocityConstraint.FIXED
-                change[i] = normal_velocity[c] * n - before[i]
+                change[i] = given * n - before[i]
             elif mode != Mode.LIFT:
                 kind, axis = freedom_of(mode, n)
                 axes[i] = axis
-                lacks = normal_velocity[c] - along(n, before[i], change[i])
+                lacks = given - along(n, before[i], change[i])
                 if kind == VelocityConstraint.LINE:
                     kept = along(axis, before[i], change[i])
-                    change[i] = (normal_velocity[c] * n - before[i]) + kept * axis
+                    change[i] = (given * n - before[i]) + kept * axis
                 else:
                     change[i] = change[i] + lacks * n
             kinds[i] = kind
@@ -117,8 +122,9 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             change[i] = -before[i]
 
     @func
-    def law_s_friction(mode: int, n: vec3, friction: vec3, known: vec3):
-        # what entered the solve where the node was free to move, what held it where it was not
+    def constitutive_friction(mode: int, n: vec3, friction: vec3, known: vec3):
+        # known: the linearised law at the velocity, which entered the solve where the node was free
+        # to move; friction: the residual, which held it where it was not
         kind, axis = freedom_of(mode, n)
         if kind == VelocityConstraint.LINE:
             return friction + wp.dot(axis, known - friction) * axis
@@ -127,64 +133,58 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     @kernel
     def update_modes(
         # model
-        surface_nodes: wp.array(dtype=int),
-        fixed: wp.array(dtype=int),
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        diagonal_slot: wp.array(dtype=int),
-        masses: wp.array(dtype=scalar),
-        damped_masses: wp.array(dtype=scalar),
-        friction_coefficient: wp.array(dtype=scalar),
-        forward: wp.array(dtype=vec3),
-        friction_factors: wp.array2d(dtype=scalar),
-        tolerances: wp.array(dtype=scalar),
-        max_passes: int,
+        ground: GroundContacts,
+        rows: MatrixRows,
         # in
         node_rotations: wp.array(dtype=mat33),
         values: wp.array(dtype=mat33),
         right: wp.array(dtype=vec3),
-        before: wp.array(dtype=vec3),
-        change: wp.array(dtype=vec3),
-        normals: wp.array(dtype=vec3),
-        normal_velocity: wp.array(dtype=scalar),
+        moved: VelocityUpdate,
+        planes: ContactPlanes,
         counters: wp.array(dtype=int),
         scalars: wp.array(dtype=wp.float64),
+        # in and out
+        states: ContactStates,
         # out
-        modes: wp.array(dtype=int),
-        impulses: wp.array(dtype=vec3),
-        friction_forces: wp.array(dtype=vec3),
-        slip_velocities: wp.array(dtype=vec3),
-        slip_stiffness: wp.array(dtype=mat33),
         right_with_slip: wp.array(dtype=vec3),
-        changed: wp.array(dtype=int),
-        violations: wp.array(dtype=vec2),
+        record: PassRecord,
     ):
-        # tolerances: impulse, normal velocity, relative friction, speed that counts as sliding
         c = wp.tid()
-        i = surface_nodes[c]
-        mode = modes[c]
-        n = normals[i]
+        i = ground.nodes[c]
+        before, change = moved.before, moved.change
+        tolerances = ground.tolerances
+        max_passes = ground.max_passes
+        mode = states.modes[c]
+        n = planes.normals[i]
         stage = stage_of(counters, max_passes)
-        changed[c] = 0
-        if fixed[i] != 0:
-            impulses[c] = vec3()
+        record.changed[c] = NodeChange.NONE
+        if ground.fixed[i] != 0:
+            states.impulses[c] = vec3()
             return
-        weight = scalar(0.3333333333333333) * wp.trace(values[diagonal_slot[i]])
+        weight = scalar(0.3333333333333333) * wp.trace(values[rows.diagonal_slot[i]])
         impulse = vec3()
         if mode != Mode.LIFT:
             impulse = momentum_change(
-                i, row_start, column, masses, damped_masses, values, before, change
+                i,
+                rows.row_start,
+                rows.column,
+                rows.masses,
+                rows.damped_masses,
+                values,
+                before,
+                change,
             )
             impulse -= right[i]
         normal_impulse = wp.dot(n, impulse)
         normal_speed = along(n, before[i], change[i])
+        least = planes.normal_velocity[c]
         velocity = before[i] + change[i]
         sliding = velocity - normal_speed * n
         friction = impulse - normal_impulse * n
         if mode != Mode.LIFT and mode != Mode.STICK:
             # the solve's residual is no friction
-            known = friction_forces[i] - slip_stiffness[i] * velocity
-            friction = law_s_friction(mode, n, friction, known)
+            known = states.friction_forces[i] - states.slip_stiffness[i] * velocity
+            friction = constitutive_friction(mode, n, friction, known)
             impulse = normal_impulse * n + friction
         # a node comes and goes through frictionless sliding: only there does the normal impulse
         # speak for itself
@@ -192,34 +192,34 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         force = vec3()
         stiffness = mat33()
         if mode == Mode.LIFT:
-            violations[c] = vec2(
-                weight * wp.max(normal_velocity[c] - normal_speed, scalar(0.0)), scalar(0.0)
+            record.violations[c] = vec2(
+                weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0)
             )
-            if normal_speed < normal_velocity[c] - tolerances[1] and stage != SearchStage.LET_GO:
+            if normal_speed < least - tolerances.normal_speed and stage != SearchStage.LET_GO:
                 next_mode = Mode.SLIDE
-                slip_velocities[i] = vec3()
-        elif normal_impulse < -tolerances[0]:
-            violations[c] = vec2(-normal_impulse, wp.length(friction))
+                states.slip_velocities[i] = vec3()
+        elif normal_impulse < -tolerances.impulse:
+            record.violations[c] = vec2(-normal_impulse, wp.length(friction))
             if mode == Mode.STICK and stage != SearchStage.LET_GO:
                 next_mode = Mode.SLIDE
-                slip_velocities[i] = vec3()
-            changed[c] = NodeChange.PRESSED
+                states.slip_velocities[i] = vec3()
+            record.changed[c] = NodeChange.PRESSED
         else:
             trial = friction - weight * sliding
-            factor = friction_factor(c, i, n, -trial, forward, friction_factors, node_rotations)
-            bound = factor * friction_coefficient[c] * wp.max(normal_impulse, scalar(0.0))
-            violations[c] = vec2(
+            factor = friction_factor(c, i, n, -trial, ground, node_rotations)
+            bound = factor * ground.friction[c] * wp.max(normal_impulse, scalar(0.0))
+            record.violations[c] = vec2(
                 wp.max(-normal_impulse, scalar(0.0)), coulomb_violation(n, friction, trial, bound)
             )
             # what holds a node is known no closer than the residual that the solver leaves, or than
             # the rounding of the products with its change
             left = scalar(wp.sqrt(scalars[Scalar.FLOOR_SQUARE]))
             left += rounding * weight * wp.length(change[i])
-            last = slip_velocities[i]
+            last = states.slip_velocities[i]
             if stage == SearchStage.NORMALS:
                 next_mode = mode
-                force = friction_forces[i]
-                stiffness = slip_stiffness[i]
+                force = states.friction_forces[i]
+                stiffness = states.slip_stiffness[i]
             elif stage == SearchStage.LET_GO:
                 first = counters[Counter.PASSES] == max_passes
                 next_mode, unsettled, stiffness = braked(
@@ -230,11 +230,11 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
                     inner * bound,
                     weight,
                     first,
-                    slip_stiffness[i],
+                    states.slip_stiffness[i],
                     tolerances,
                 )
-                changed[c] = unsettled
-                slip_velocities[i] = sliding
+                record.changed[c] = unsettled
+                states.slip_velocities[i] = sliding
             else:
                 passes = counters[Counter.PASSES]
                 if stage == SearchStage.FRICTION:
@@ -243,49 +243,16 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
                 next_mode, unsettled, force, stiffness, made_at = choose(
                     mode, n, friction, sliding, last, bound, weight, left, passes, tolerances
                 )
-                changed[c] = unsettled
-                slip_velocities[i] = made_at
+                record.changed[c] = unsettled
+                states.slip_velocities[i] = made_at
         if next_mode != mode:
-            changed[c] = wp.where(
+            record.changed[c] = wp.where(
                 mode == Mode.LIFT or next_mode == Mode.LIFT, NodeChange.PRESSED, NodeChange.FRICTION
             )
-        modes[c] = next_mode
-        impulses[c] = impulse
-        friction_forces[i] = force
-        slip_stiffness[i] = stiffness
+        states.modes[c] = next_mode
+        states.impulses[c] = impulse
+        states.friction_forces[i] = force
+        states.slip_stiffness[i] = stiffness
         right_with_slip[i] = right[i] + force
 
-    @kernel
-    def conclude_pass(
-        # model
-        max_passes: int,
-        # in
-        changed: wp.array(dtype=int),
-        modes: wp.array(dtype=int),
-        violations: wp.array(dtype=vec2),
-        # out
-        counters: wp.array(dtype=int),
-        largest_violations: wp.array(dtype=vec2),
-    ):
-        total = int(0)
-        normals_changed = int(0)
-        touching = int(0)
-        largest = vec2()
-        for c in range(changed.shape[0]):
-            if changed[c] != 0:
-                total += 1
-            if changed[c] == NodeChange.PRESSED:
-                normals_changed += 1
-            largest = wp.max(largest, violations[c])
-            if modes[c] != Mode.LIFT:
-                touching += 1
-        counters[Counter.TOUCHING] = touching
-        largest_violations[0] = largest
-        next_stage(total, normals_changed, max_passes, counters)
-
-    return SimpleNamespace(
-        impose=impose,
-        hold_fixed=hold_fixed,
-        update_modes=update_modes,
-        conclude_pass=conclude_pass,
-    )
+    return SimpleNamespace(impose=impose, hold_fixed=hold_fixed, update_modes=update_modes)

@@ -4,6 +4,7 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.precision import real
 
 
@@ -11,6 +12,7 @@ def constant_factor(precision: str, subject: str) -> Any:
     """The function ``friction_factor`` of a body whose friction is the same in all directions."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    GroundContacts = make_contact_structs(precision).GroundContacts
 
     @types.func(subject)
     def friction_factor(
@@ -18,8 +20,7 @@ def constant_factor(precision: str, subject: str) -> Any:
         i: int,
         n: vec3,
         way: vec3,
-        forward: wp.array(dtype=vec3),
-        factors: wp.array2d(dtype=scalar),
+        ground: GroundContacts,
         node_rotations: wp.array(dtype=mat33),
     ):
         return scalar(1.0)
@@ -36,6 +37,7 @@ def directional_factor(precision: str, subject: str) -> Any:
     """
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    GroundContacts = make_contact_structs(precision).GroundContacts
     turn = wp.constant(scalar(6.283185307179586))
 
     @types.func(subject)
@@ -44,12 +46,12 @@ def directional_factor(precision: str, subject: str) -> Any:
         i: int,
         n: vec3,
         way: vec3,
-        forward: wp.array(dtype=vec3),
-        factors: wp.array2d(dtype=scalar),
+        ground: GroundContacts,
         node_rotations: wp.array(dtype=mat33),
     ):
+        factors = ground.friction_factors
         directions = factors.shape[1]
-        ahead = node_rotations[i] * forward[c]
+        ahead = node_rotations[i] * ground.forward[c]
         ahead = ahead - wp.dot(n, ahead) * n
         if wp.length(ahead) < scalar(1e-3):
             mean = scalar(0.0)

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.contact.modes import LAST_PASSES, NEWTON_PASSES, Mode
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
@@ -24,6 +25,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
+    Tolerances = make_contact_structs(precision).Tolerances
     newton_passes, last_passes = wp.constant(NEWTON_PASSES), wp.constant(LAST_PASSES)
     count = wp.constant(2 * directions)
     half_turn = math.pi / directions
@@ -136,35 +138,44 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
         weight: scalar,
         left: scalar,
         passes: int,
-        tolerances: wp.array(dtype=scalar),
+        tolerances: Tolerances,
     ):
         # next mode, whether the law is missed, force, stiffness, velocity they are made at
         unsettled = int(0)
         place = int(-1)
         # to begin, it must exceed the cone by what would move its own block noticeably
-        margin = wp.min(weight * tolerances[3], scalar(0.01) * bound) + tolerances[0]
+        margin = (
+            wp.min(weight * tolerances.sliding_speed, scalar(0.01) * bound) + tolerances.impulse
+        )
         trial = friction - weight * sliding
         found, beyond, _nearest = nearest_place(trial, bound, n)
         next_mode = int(Mode.STICK)
         if mode == Mode.STICK:
             # late in a step only what the law does not allow by far begins
             if passes >= newton_passes:
-                margin += tolerances[2] * bound
+                margin += tolerances.friction_share * bound
             if beyond > margin and passes < last_passes:
                 place = found
-        elif bound <= tolerances[0]:
+        elif bound <= tolerances.impulse:
             next_mode = Mode.SLIDE
         elif mode == Mode.SLIDE:
-            if beyond > scalar(0.0) and wp.length(sliding) > tolerances[3]:
+            if beyond > scalar(0.0) and wp.length(sliding) > tolerances.sliding_speed:
                 place = found
         else:
-            margin = scalar(0.01) * bound + tolerances[0] + left
+            margin = scalar(0.01) * bound + tolerances.impulse + left
             place = neighbour(
-                mode - Mode.PLACE, n, friction, sliding, last, bound, margin, tolerances[3]
+                mode - Mode.PLACE,
+                n,
+                friction,
+                sliding,
+                last,
+                bound,
+                margin,
+                tolerances.sliding_speed,
             )
             if place == mode - Mode.PLACE:
                 lacks = missed(place, n, friction, bound)
-                if lacks > tolerances[2] * bound + tolerances[0] + left:
+                if lacks > tolerances.friction_share * bound + tolerances.impulse + left:
                     unsettled = 1
         force = vec3()
         stiffness = mat33()
@@ -176,7 +187,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
             next_mode = Mode.PLACE + place
             across = direction_of(place, n)
             size = wp.where(place % 2 == 1, apothem, scalar(1.0)) * bound
-            speed = wp.max(-wp.dot(across, sliding), tolerances[3])
+            speed = wp.max(-wp.dot(across, sliding), tolerances.sliding_speed)
             before = -wp.dot(across, last)
             settled = before > scalar(0.7) * speed and speed > scalar(0.7) * before
             near = missed(place, n, friction, bound) < bound and passes < last_passes

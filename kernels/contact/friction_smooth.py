@@ -13,6 +13,7 @@ import warp as wp
 
 from warp_softbody.kernels.contact.modes import LATE_PASSES, NEWTON_PASSES, Mode
 from warp_softbody.kernels.contact.smooth_cone import make_smooth_cone
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
@@ -22,6 +23,7 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
+    Tolerances = make_contact_structs(precision).Tolerances
     newton_passes, late_passes = wp.constant(NEWTON_PASSES), wp.constant(LATE_PASSES)
     cone = make_smooth_cone(precision, subject)
     disc_violation, linearised_friction = cone.disc_violation, cone.linearised_friction
@@ -47,7 +49,7 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         weight: scalar,
         left: scalar,
         passes: int,
-        tolerances: wp.array(dtype=scalar),
+        tolerances: Tolerances,
     ):
         # next mode, whether the law is missed, force, stiffness, velocity they are made at
         next_mode = Mode.STICK
@@ -58,15 +60,15 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         trial = friction - weight * sliding
         size = wp.length(trial)
         # to begin, it must exceed the cone by what would move its own block noticeably
-        margin = wp.min(weight * tolerances[3], scalar(0.01) * bound)
-        slips = size > bound + margin + tolerances[0]
+        margin = wp.min(weight * tolerances.sliding_speed, scalar(0.01) * bound)
+        slips = size > bound + margin + tolerances.impulse
         if mode == Mode.SLIDE:
-            slips = size > bound and wp.length(sliding) > tolerances[3]
+            slips = size > bound and wp.length(sliding) > tolerances.sliding_speed
             # friction that would reverse the sliding stops it instead
             slips = slips and wp.dot(last, sliding) >= scalar(0.0)
         if mode == Mode.STICK and passes >= newton_passes:
             # late in a step only what the law does not allow by far begins
-            slips = size > scalar(1.5) * bound + margin + tolerances[0]
+            slips = size > scalar(1.5) * bound + margin + tolerances.impulse
         if slips:
             next_mode = Mode.SLIDE
             if mode == Mode.STICK:
@@ -74,13 +76,13 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
                 force = (bound / size) * trial
                 made_at = (scalar(-1.0) / weight) * trial
             else:
-                direction = sliding / wp.max(wp.length(sliding), tolerances[3])
+                direction = sliding / wp.max(wp.length(sliding), tolerances.sliding_speed)
                 law = friction + bound * direction
-                if wp.length(law) > tolerances[2] * bound + tolerances[0] + left:
+                if wp.length(law) > tolerances.friction_share * bound + tolerances.impulse + left:
                     unsettled = 1
                 newton = passes < newton_passes or passes >= late_passes
                 force, stiffness = linearised_friction(
-                    n, bound, sliding, last, tolerances[3], newton
+                    n, bound, sliding, last, tolerances.sliding_speed, newton
                 )
                 made_at = sliding
         return next_mode, unsettled, force, stiffness, made_at

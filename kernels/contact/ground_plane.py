@@ -12,17 +12,22 @@ SUBJECT = "ground_plane"
 
 @cache
 def make_ground_plane(precision: str) -> SimpleNamespace:
-    """Kernel ``detect``."""
+    """Struct ``GroundPlane``, kernel ``detect``."""
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel = types.kernel(SUBJECT)
+
+    @wp.struct
+    class GroundPlane:
+        normal: vec3
+        offset: scalar
+        recovery_speed: scalar
 
     @kernel
     def detect(
         # model
         surface_nodes: wp.array(dtype=int),
-        plane_normal: wp.array(dtype=vec3),
-        plane: wp.array(dtype=scalar),
+        plane: GroundPlane,
         step_factors: wp.array(dtype=scalar),
         # in
         positions: wp.array(dtype=vec3),
@@ -30,12 +35,11 @@ def make_ground_plane(precision: str) -> SimpleNamespace:
         normal_velocity: wp.array(dtype=scalar),
         normals: wp.array(dtype=vec3),
     ):
-        # plane: offset, recovery speed
         c = wp.tid()
         i = surface_nodes[c]
-        n = plane_normal[0]
-        gap = wp.dot(n, positions[i]) - plane[0]
+        n = plane.normal
+        gap = wp.dot(n, positions[i]) - plane.offset
         normals[i] = n
-        normal_velocity[c] = wp.min(-gap / step_factors[0], plane[1])
+        normal_velocity[c] = wp.min(-gap / step_factors[0], plane.recovery_speed)
 
-    return SimpleNamespace(detect=detect)
+    return SimpleNamespace(GroundPlane=GroundPlane, detect=detect)

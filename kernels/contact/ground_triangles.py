@@ -18,22 +18,25 @@ SUBJECT = "ground_triangles"
 
 @cache
 def make_ground_triangles(precision: str) -> SimpleNamespace:
-    """Kernels ``detect`` and ``measure``."""
+    """Struct ``TriangleSurface``, kernels ``detect`` and ``measure``."""
     types = real(precision)
     scalar, vec3, vec4 = types.scalar, types.vec3, types.vec4
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
 
     closest_weights = make_triangles(precision, SUBJECT).closest_weights
 
+    @wp.struct
+    class TriangleSurface:
+        tree: wp.uint64
+        vertices: wp.array(dtype=vec3)
+        faces: wp.array(dtype=wp.vec3i)
+        face_normals: wp.array(dtype=vec3)
+        edge_normals: wp.array2d(dtype=vec3)
+        vertex_normals: wp.array(dtype=vec3)
+        reach: scalar
+
     @func
-    def feature_normal(
-        face: int,
-        weights: vec3,
-        corners: wp.vec3i,
-        face_normals: wp.array(dtype=vec3),
-        edge_normals: wp.array2d(dtype=vec3),
-        vertex_normals: wp.array(dtype=vec3),
-    ):
+    def feature_normal(surface: TriangleSurface, face: int, weights: vec3):
         zeros = int(0)
         empty = int(0)
         largest = int(0)
@@ -44,31 +47,24 @@ def make_ground_triangles(precision: str) -> SimpleNamespace:
             else:
                 largest = k
         if zeros == 0:
-            return face_normals[face]
+            return surface.face_normals[face]
         if zeros == 1:
-            return edge_normals[face, empty]
-        return vertex_normals[corners[largest]]
+            return surface.edge_normals[face, empty]
+        return surface.vertex_normals[surface.faces[face][largest]]
 
     @func
-    def side(
-        tree: wp.uint64,
-        reach: scalar,
-        vertices: wp.array(dtype=vec3),
-        faces: wp.array(dtype=wp.vec3i),
-        face_normals: wp.array(dtype=vec3),
-        edge_normals: wp.array2d(dtype=vec3),
-        vertex_normals: wp.array(dtype=vec3),
-        p: vec3,
-    ):
+    def side(surface: TriangleSurface, p: vec3):
         # outward normal and signed distance
         nearest = wp.vec3f(wp.float32(p[0]), wp.float32(p[1]), wp.float32(p[2]))
-        query = wp.mesh_query_point_no_sign(tree, nearest, wp.float32(reach))
+        reach = surface.reach
+        query = wp.mesh_query_point_no_sign(surface.tree, nearest, wp.float32(reach))
         if not query.result:
             return vec4(scalar(0.0), scalar(0.0), scalar(1.0), reach)
-        k = faces[query.face]
-        weights = closest_weights(vertices[k[0]], vertices[k[1]], vertices[k[2]], p)
-        q = weights[0] * vertices[k[0]] + weights[1] * vertices[k[1]] + weights[2] * vertices[k[2]]
-        n = feature_normal(query.face, weights, k, face_normals, edge_normals, vertex_normals)
+        k = surface.faces[query.face]
+        a, b, c = surface.vertices[k[0]], surface.vertices[k[1]], surface.vertices[k[2]]
+        weights = closest_weights(a, b, c, p)
+        q = weights[0] * a + weights[1] * b + weights[2] * c
+        n = feature_normal(surface, query.face, weights)
         away = p - q
         gap = wp.dot(n, away)
         distance = wp.length(away)
@@ -82,13 +78,8 @@ def make_ground_triangles(precision: str) -> SimpleNamespace:
     def detect(
         # model
         surface_nodes: wp.array(dtype=int),
-        tree: wp.uint64,
-        vertices: wp.array(dtype=vec3),
-        faces: wp.array(dtype=wp.vec3i),
-        face_normals: wp.array(dtype=vec3),
-        edge_normals: wp.array2d(dtype=vec3),
-        vertex_normals: wp.array(dtype=vec3),
-        reach: wp.array(dtype=scalar),
+        surface: TriangleSurface,
+        recovery_speed: scalar,
         step_factors: wp.array(dtype=scalar),
         # in
         positions: wp.array(dtype=vec3),
@@ -96,32 +87,16 @@ def make_ground_triangles(precision: str) -> SimpleNamespace:
         normal_velocity: wp.array(dtype=scalar),
         normals: wp.array(dtype=vec3),
     ):
-        # reach: distance beyond which nothing is looked for, recovery speed
         c = wp.tid()
         i = surface_nodes[c]
-        found = side(
-            tree,
-            reach[0],
-            vertices,
-            faces,
-            face_normals,
-            edge_normals,
-            vertex_normals,
-            positions[i],
-        )
+        found = side(surface, positions[i])
         normals[i] = vec3(found[0], found[1], found[2])
-        normal_velocity[c] = wp.min(-found[3] / step_factors[0], reach[1])
+        normal_velocity[c] = wp.min(-found[3] / step_factors[0], recovery_speed)
 
     @kernel
     def measure(
         # model
-        tree: wp.uint64,
-        vertices: wp.array(dtype=vec3),
-        faces: wp.array(dtype=wp.vec3i),
-        face_normals: wp.array(dtype=vec3),
-        edge_normals: wp.array2d(dtype=vec3),
-        vertex_normals: wp.array(dtype=vec3),
-        reach: scalar,
+        surface: TriangleSurface,
         # in
         points: wp.array(dtype=vec3),
         # out
@@ -129,8 +104,6 @@ def make_ground_triangles(precision: str) -> SimpleNamespace:
     ):
         # outward normal and signed distance of any points
         k = wp.tid()
-        found[k] = side(
-            tree, reach, vertices, faces, face_normals, edge_normals, vertex_normals, points[k]
-        )
+        found[k] = side(surface, points[k])
 
-    return SimpleNamespace(detect=detect, measure=measure)
+    return SimpleNamespace(TriangleSurface=TriangleSurface, detect=detect, measure=measure)

@@ -14,7 +14,7 @@ import warp as wp
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.pair_constraints import DAMPING, SUBJECT, make_pair_rows
 from warp_softbody.kernels.contact.pair_friction import make_pair_friction
-from warp_softbody.kernels.contact.stages import ALL_PASSES
+from warp_softbody.kernels.contact.structs import make_contact_structs, make_pair_structs
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.precision import real
 
@@ -30,11 +30,14 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     vec2 = wp.types.vector(length=2, dtype=scalar)
     rows = make_pair_rows(precision)
-    Pairs, Work, Freedom = rows.Pairs, rows.Work, rows.Freedom
+    structs = make_pair_structs(precision)
+    Pairs, DelassusWork = structs.Pairs, structs.DelassusWork
+    NodeConstraints = structs.NodeConstraints
+    structs = make_contact_structs(precision)
+    ContactStates, PassRecord = structs.ContactStates, structs.PassRecord
     relative, multipliers, stiffen = rows.relative, rows.multipliers, rows.stiffen
     narrow, remove = rows.narrow, rows.remove
     damping = wp.constant(wp.float64(DAMPING))
-    all_passes = wp.constant(ALL_PASSES)
     law = make_pair_friction(precision, SUBJECT)
     least_share = wp.constant(scalar(LEAST_SHARE))
     rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
@@ -50,13 +53,13 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         # in
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
-        work: Work,
+        constraints: NodeConstraints,
         frictions: wp.array(dtype=vec3),
         stiffness: wp.array(dtype=mat33),
         x: wp.array(dtype=vec3),
         right: wp.array(dtype=vec3),
         # in and out
+        work: DelassusWork,
         r: wp.array(dtype=vec3),
         # out
         impulses: wp.array(dtype=vec3),
@@ -69,16 +72,16 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             right_with_pairs[i] = right[i]
         for number in range(pairs.found_count[0]):
             impulses[pairs.found[number]] = vec3()
-        stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
+        stiffen(pairs, constraints, work, stiffness, wp.float64(-1.0), x, r)
         # the second time takes off what the damping left
         for _ in range(2):
-            multipliers(pairs, modes, freedom, work, r, damping)
-            for row in range(pairs.count[0]):
-                impulses[pairs.rows[row]] = impulses[pairs.rows[row]] - narrow(work.y[row])
-            remove(pairs, freedom, work, wp.float64(-1.0), r)
+            multipliers(pairs, modes, constraints, work, r, damping)
+            for row in range(pairs.active_count[0]):
+                impulses[pairs.active[row]] = impulses[pairs.active[row]] - narrow(work.y[row])
+            remove(pairs, constraints, work, wp.float64(-1.0), r)
         largest = scalar(0.0)
-        for row in range(pairs.count[0]):
-            c = pairs.rows[row]
+        for row in range(pairs.active_count[0]):
+            c = pairs.active[row]
             impulse = impulses[c]
             if modes[c] == Mode.SLIDE:
                 impulse += frictions[c] - stiffness[c] * narrow(relative(pairs, c, x))
@@ -109,32 +112,27 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         pairs: Pairs,
         values: wp.array(dtype=mat33),
         x: wp.array(dtype=vec3),
-        impulses: wp.array(dtype=vec3),
         largest_impulse: wp.array(dtype=scalar),
         counters: wp.array(dtype=int),
         scalars: wp.array(dtype=wp.float64),
         # in and out
-        modes: wp.array(dtype=int),
-        slip_velocities: wp.array(dtype=vec3),
-        frictions: wp.array(dtype=vec3),
+        states: ContactStates,
         # out
-        stiffness: wp.array(dtype=mat33),
-        changed: wp.array(dtype=int),
-        violations: wp.array(dtype=vec2),
+        record: PassRecord,
     ):
         number = wp.tid()
         if number >= pairs.found_count[0]:
             return
         c = pairs.found[number]
-        pushed = wp.length_sq(frictions[c]) > scalar(0.0)
-        changed[c] = 0
-        violations[c] = vec2()
-        frictions[c] = vec3()
-        stiffness[c] = mat33()
+        pushed = wp.length_sq(states.friction_forces[c]) > scalar(0.0)
+        record.changed[c] = 0
+        record.violations[c] = vec2()
+        states.friction_forces[c] = vec3()
+        states.slip_stiffness[c] = mat33()
         k, w = pairs.nodes[c], pairs.weights[c]
         n = pairs.normals[c]
-        mode = modes[c]
-        least = pairs.least[c]
+        mode = states.modes[c]
+        least = pairs.normal_velocity[c]
         give = scalar(0.0)
         for a in range(4):
             give += w[a] * w[a] * mobility(k[a], fixed, diagonal_slot, values)
@@ -143,27 +141,33 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
         weight = scalar(1.0) / give
         none = least_share * largest_impulse[0]
         u = narrow(relative(pairs, c, x))
-        impulse = impulses[c]
+        impulse = states.impulses[c]
         normal_impulse = wp.dot(n, impulse)
         normal_speed = wp.dot(n, u)
         sliding = u - normal_speed * n
         friction = impulse - normal_impulse * n
         next_mode = Mode.LIFT
         if mode == Mode.LIFT:
-            violations[c] = vec2(weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0))
+            record.violations[c] = vec2(
+                weight * wp.max(least - normal_speed, scalar(0.0)), scalar(0.0)
+            )
             if normal_speed < least - approach:
                 next_mode = Mode.SLIDE
-                slip_velocities[c] = vec3()
+                states.slip_velocities[c] = vec3()
         elif normal_impulse < -none:
-            violations[c] = vec2(-normal_impulse, wp.length(friction))
+            record.violations[c] = vec2(-normal_impulse, wp.length(friction))
             if mode == Mode.STICK:
                 next_mode = Mode.SLIDE
-                changed[c] = 1
-                slip_velocities[c] = vec3()
+                record.changed[c] = 1
+                states.slip_velocities[c] = vec3()
         else:
-            bound = pairs.roughness[c] * friction_coefficient * wp.max(normal_impulse, scalar(0.0))
+            bound = (
+                pairs.friction_factor[c]
+                * friction_coefficient
+                * wp.max(normal_impulse, scalar(0.0))
+            )
             trial = friction - weight * sliding
-            violations[c] = vec2(
+            record.violations[c] = vec2(
                 wp.max(-normal_impulse, scalar(0.0)),
                 law.disc_violation(friction, trial, bound),
             )
@@ -171,7 +175,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             # rounding of the products with this node's velocity
             left = none + scalar(wp.sqrt(scalars[Scalar.FLOOR_SQUARE]))
             left += rounding * weight * wp.length(x[k[0]])
-            last = slip_velocities[c]
+            last = states.slip_velocities[c]
             next_mode, unsettled, force, block, made_at = law.choose(
                 mode,
                 n,
@@ -184,13 +188,13 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
                 left,
                 counters[Counter.PASSES],
             )
-            changed[c] = unsettled
-            frictions[c] = force
-            stiffness[c] = block
-            slip_velocities[c] = made_at
+            record.changed[c] = unsettled
+            states.friction_forces[c] = force
+            states.slip_stiffness[c] = block
+            states.slip_velocities[c] = made_at
         if next_mode != mode:
-            changed[c] = 1
-        modes[c] = next_mode
+            record.changed[c] = 1
+        states.modes[c] = next_mode
 
     @kernel
     def add_frictions(
@@ -210,52 +214,6 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
             if modes[c] == Mode.SLIDE:
                 share(pairs, c, frictions[c], right_with_slip)
 
-    @kernel
-    def conclude_pairs(
-        # model
-        max_passes: int,
-        # in
-        pairs: Pairs,
-        changed: wp.array(dtype=int),
-        modes: wp.array(dtype=int),
-        violations: wp.array(dtype=vec2),
-        # in and out
-        counters: wp.array(dtype=int),
-        largest_violations: wp.array(dtype=vec2),
-        # out
-        unsettled: wp.array(dtype=int),
-        worst: wp.array(dtype=int),
-    ):
-        # on top of what ``conclude_pass`` made of the ground's contacts
-        total = int(0)
-        touching = int(0)
-        largest = largest_violations[0]
-        most = scalar(0.0)
-        worst[0] = -1
-        for number in range(pairs.found_count[0]):
-            c = pairs.found[number]
-            total += changed[c]
-            largest = wp.max(largest, violations[c])
-            size = wp.max(violations[c][0], violations[c][1])
-            if size > most:
-                most = size
-                worst[0] = c
-            if modes[c] != Mode.LIFT:
-                touching += 1
-        counters[Counter.TOUCHING] = counters[Counter.TOUCHING] + touching
-        counters[Counter.CHANGED] = counters[Counter.CHANGED] + total
-        largest_violations[0] = largest
-        unsettled[0] = total
-        if total > 0:
-            # what pairs have not found by then they do not find later
-            limit = wp.min(max_passes, all_passes)
-            if counters[Counter.PASSES] < limit:
-                counters[Counter.AGAIN] = 1
-            counters[Counter.LOOSE] = wp.where(counters[Counter.PASSES] < limit - 1, 1, 0)
-
     return SimpleNamespace(
-        find_impulses=find_impulses,
-        update_pairs=update_pairs,
-        add_frictions=add_frictions,
-        conclude_pairs=conclude_pairs,
+        find_impulses=find_impulses, update_pairs=update_pairs, add_frictions=add_frictions
     )

@@ -20,6 +20,7 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.kernels.contact.modes import Mode
+from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
@@ -41,42 +42,16 @@ contradict."""
 def make_pair_rows(precision: str) -> SimpleNamespace:
     """Kernels that project vectors of nodes, and functions for the other kernels of pairs."""
     types = real(precision)
-    scalar, vec3, vec4, mat33 = types.scalar, types.vec3, types.vec4, types.mat33
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     most = wp.constant(MOST_ITERATIONS)
     vec3d = wp.vec3d
     enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
     damping = wp.constant(wp.float64(DAMPING))
     none = wp.constant(wp.float64(0.0))
-
-    @wp.struct
-    class Pairs:
-        nodes: wp.array(dtype=wp.vec4i)
-        weights: wp.array(dtype=vec4)
-        normals: wp.array(dtype=vec3)
-        least: wp.array(dtype=scalar)
-        roughness: wp.array(dtype=scalar)
-        found: wp.array(dtype=int)
-        found_count: wp.array(dtype=int)
-        rows: wp.array(dtype=int)
-        count: wp.array(dtype=int)
-        marks: wp.array(dtype=int)
-        touched: wp.array(dtype=int)
-        held: wp.array(dtype=int)
-        counts: wp.array(dtype=int)
-
-    @wp.struct
-    class Work:
-        nodal: wp.array(dtype=vec3d)
-        y: wp.array(dtype=vec3d)
-        r: wp.array(dtype=vec3d)
-        p: wp.array(dtype=vec3d)
-        q: wp.array(dtype=vec3d)
-
-    @wp.struct
-    class Freedom:
-        kinds: wp.array(dtype=int)
-        axes: wp.array(dtype=vec3)
+    structs = make_pair_structs(precision)
+    Pairs, DelassusWork = structs.Pairs, structs.DelassusWork
+    NodeConstraints = structs.NodeConstraints
 
     @func
     def wide(v: vec3):
@@ -103,35 +78,35 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         return u
 
     @func
-    def left_free(freedom: Freedom, i: int, v: vec3d):
+    def left_free(constraints: NodeConstraints, i: int, v: vec3d):
         # S at a node
-        if freedom.kinds[i] == VelocityConstraint.NONE:
+        if constraints.kinds[i] == VelocityConstraint.NONE:
             return v
-        axis = wide(freedom.axes[i])
-        if freedom.kinds[i] == VelocityConstraint.PLANE:
+        axis = wide(constraints.axes[i])
+        if constraints.kinds[i] == VelocityConstraint.PLANE:
             return v - (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
-        if freedom.kinds[i] == VelocityConstraint.LINE:
+        if constraints.kinds[i] == VelocityConstraint.LINE:
             return (wp.dot(axis, v) / wp.dot(axis, axis)) * axis
         return vec3d()
 
     @func
     def spread(
         pairs: Pairs,
-        freedom: Freedom,
+        constraints: NodeConstraints,
         forces: wp.array(dtype=vec3d),
         nodal: wp.array(dtype=vec3d),
     ):
         # nodal = S C^T forces, at the nodes of the rows; few of them touch the ground as well
-        for number in range(pairs.counts[0]):
+        for number in range(pairs.node_counts[0]):
             nodal[pairs.touched[number]] = vec3d()
-        for row in range(pairs.count[0]):
-            c = pairs.rows[row]
+        for row in range(pairs.active_count[0]):
+            c = pairs.active[row]
             k, w = pairs.nodes[c], pairs.weights[c]
             for a in range(4):
                 nodal[k[a]] = nodal[k[a]] + wp.float64(w[a]) * forces[row]
-        for number in range(pairs.counts[1]):
-            i = pairs.held[number]
-            nodal[i] = left_free(freedom, i, nodal[i])
+        for number in range(pairs.node_counts[1]):
+            i = pairs.constrained[number]
+            nodal[i] = left_free(constraints, i, nodal[i])
 
     @func
     def given(pairs: Pairs, c: int, mode: int, u: vec3d):
@@ -144,27 +119,27 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     def apply(
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
+        constraints: NodeConstraints,
         x: wp.array(dtype=vec3d),
         nodal: wp.array(dtype=vec3d),
         out: wp.array(dtype=vec3d),
     ):
         # out = N C S C^T N x, and nodal = S C^T N x; x obeys N x = x
-        spread(pairs, freedom, x, nodal)
-        for row in range(pairs.count[0]):
-            c = pairs.rows[row]
+        spread(pairs, constraints, x, nodal)
+        for row in range(pairs.active_count[0]):
+            c = pairs.active[row]
             out[row] = given(pairs, c, modes[c], relative_work(pairs, c, nodal))
 
     @func
     def solve(
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
-        work: Work,
+        constraints: NodeConstraints,
+        work: DelassusWork,
         added: wp.float64,
     ):
         # y of (N C S C^T N + added) y = r; r is used up; redundant rows share their part
-        count = pairs.count[0]
+        count = pairs.active_count[0]
         square = wp.float64(0.0)
         for row in range(count):
             work.y[row] = vec3d()
@@ -173,7 +148,7 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         stop = enough * square
         iteration = int(0)
         while square > stop and iteration < most:
-            apply(pairs, modes, freedom, work.p, work.nodal, work.q)
+            apply(pairs, modes, constraints, work.p, work.nodal, work.q)
             curvature = wp.float64(0.0)
             for row in range(count):
                 work.q[row] = work.q[row] + added * work.p[row]
@@ -197,36 +172,36 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     def multipliers(
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
-        work: Work,
+        constraints: NodeConstraints,
+        work: DelassusWork,
         v: wp.array(dtype=vec3),
         added: wp.float64,
     ):
         # y of (N C S C^T N + added) y = N C v, for v = S v
-        for row in range(pairs.count[0]):
-            c = pairs.rows[row]
+        for row in range(pairs.active_count[0]):
+            c = pairs.active[row]
             work.r[row] = given(pairs, c, modes[c], relative(pairs, c, v))
-        solve(pairs, modes, freedom, work, added)
+        solve(pairs, modes, constraints, work, added)
 
     @func
     def remove(
         pairs: Pairs,
-        freedom: Freedom,
-        work: Work,
+        constraints: NodeConstraints,
+        work: DelassusWork,
         factor: wp.float64,
         v: wp.array(dtype=vec3),
     ):
         # v += factor S C^T y
-        spread(pairs, freedom, work.y, work.nodal)
-        for number in range(pairs.counts[0]):
+        spread(pairs, constraints, work.y, work.nodal)
+        for number in range(pairs.node_counts[0]):
             i = pairs.touched[number]
             v[i] = narrow(wide(v[i]) + factor * work.nodal[i])
 
     @func
     def stiffen(
         pairs: Pairs,
-        freedom: Freedom,
-        work: Work,
+        constraints: NodeConstraints,
+        work: DelassusWork,
         stiffness: wp.array(dtype=mat33),
         factor: wp.float64,
         x: wp.array(dtype=vec3),
@@ -234,86 +209,88 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
     ):
         # out += factor S C^T D C x; the product x^T C^T D C x
         total = wp.float64(0.0)
-        for row in range(pairs.count[0]):
-            c = pairs.rows[row]
+        for row in range(pairs.active_count[0]):
+            c = pairs.active[row]
             u = narrow(relative(pairs, c, x))
             force = stiffness[c] * u
             work.y[row] = wide(force)
             total += wp.dot(wide(u), work.y[row])
-        remove(pairs, freedom, work, factor, out)
+        remove(pairs, constraints, work, factor, out)
         return total
 
     @kernel
     def list_rows(
         # in
-        pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
+        constraints: NodeConstraints,
+        # in and out
+        pairs: Pairs,
     ):
         # the pairs that hold something, their nodes, and those of them that touch the ground
         count = int(0)
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             if modes[c] != Mode.LIFT:
-                pairs.rows[count] = c
+                pairs.active[count] = c
                 count += 1
-        pairs.count[0] = count
+        pairs.active_count[0] = count
         touched = int(0)
         held = int(0)
         for row in range(count):
-            k = pairs.nodes[pairs.rows[row]]
+            k = pairs.nodes[pairs.active[row]]
             for a in range(4):
                 i = k[a]
                 if pairs.marks[i] == 0:
                     pairs.marks[i] = 1
                     pairs.touched[touched] = i
                     touched += 1
-                    if freedom.kinds[i] != VelocityConstraint.NONE:
-                        pairs.held[held] = i
+                    if constraints.kinds[i] != VelocityConstraint.NONE:
+                        pairs.constrained[held] = i
                         held += 1
         for number in range(touched):
             pairs.marks[pairs.touched[number]] = 0
-        pairs.counts[0] = touched
-        pairs.counts[1] = held
+        pairs.node_counts[0] = touched
+        pairs.node_counts[1] = held
 
     @kernel
     def impose(
         # in
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
-        work: Work,
-        # out
+        constraints: NodeConstraints,
+        # in and out
+        work: DelassusWork,
         x: wp.array(dtype=vec3),
     ):
         # the nearest x that has the relative velocities given; the second time takes off what the
         # damping left
         for _ in range(2):
-            for row in range(pairs.count[0]):
-                c = pairs.rows[row]
-                wanted = wide(pairs.least[c] * pairs.normals[c])
+            for row in range(pairs.active_count[0]):
+                c = pairs.active[row]
+                wanted = wide(pairs.normal_velocity[c] * pairs.normals[c])
                 work.r[row] = given(pairs, c, modes[c], wanted - relative(pairs, c, x))
-            solve(pairs, modes, freedom, work, damping)
-            remove(pairs, freedom, work, wp.float64(1.0), x)
+            solve(pairs, modes, constraints, work, damping)
+            remove(pairs, constraints, work, wp.float64(1.0), x)
 
     @kernel
     def finish_residual(
         # in
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
-        work: Work,
+        constraints: NodeConstraints,
         stiffness: wp.array(dtype=mat33),
         x: wp.array(dtype=vec3),
-        # out
+        # in and out
+        work: DelassusWork,
         r: wp.array(dtype=vec3),
+        # out
         partial: wp.array(dtype=wp.float64),
     ):
         # r = P (b - M~ x - C^T D C x) from S (b - M~ x), and its square
-        if pairs.count[0] > 0:
-            stiffen(pairs, freedom, work, stiffness, wp.float64(-1.0), x, r)
-            multipliers(pairs, modes, freedom, work, r, none)
-            remove(pairs, freedom, work, wp.float64(-1.0), r)
+        if pairs.active_count[0] > 0:
+            stiffen(pairs, constraints, work, stiffness, wp.float64(-1.0), x, r)
+            multipliers(pairs, modes, constraints, work, r, none)
+            remove(pairs, constraints, work, wp.float64(-1.0), r)
             total = wp.float64(0.0)
             for i in range(r.shape[0]):
                 total += wp.length_sq(wide(r[i]))
@@ -326,35 +303,35 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         # in
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
-        work: Work,
-        # out
+        constraints: NodeConstraints,
+        # in and out
+        work: DelassusWork,
         v: wp.array(dtype=vec3),
     ):
         # v = P v for v = S v
-        if pairs.count[0] > 0:
-            multipliers(pairs, modes, freedom, work, v, none)
-            remove(pairs, freedom, work, wp.float64(-1.0), v)
+        if pairs.active_count[0] > 0:
+            multipliers(pairs, modes, constraints, work, v, none)
+            remove(pairs, constraints, work, wp.float64(-1.0), v)
 
     @kernel
     def finish_product(
         # in
         pairs: Pairs,
         modes: wp.array(dtype=int),
-        freedom: Freedom,
-        work: Work,
+        constraints: NodeConstraints,
         stiffness: wp.array(dtype=mat33),
         p: wp.array(dtype=vec3),
-        # out
+        # in and out
+        work: DelassusWork,
         q: wp.array(dtype=vec3),
         partial: wp.array(dtype=wp.float64),
     ):
         # q = P (M~ + C^T D C) p from S M~ p
-        if pairs.count[0] > 0:
-            added = stiffen(pairs, freedom, work, stiffness, wp.float64(1.0), p, q)
+        if pairs.active_count[0] > 0:
+            added = stiffen(pairs, constraints, work, stiffness, wp.float64(1.0), p, q)
             partial[0] = partial[0] + added
-            multipliers(pairs, modes, freedom, work, q, none)
-            remove(pairs, freedom, work, wp.float64(-1.0), q)
+            multipliers(pairs, modes, constraints, work, q, none)
+            remove(pairs, constraints, work, wp.float64(-1.0), q)
 
     kernels: dict[str, Any] = {
         "list_rows": list_rows,
@@ -371,4 +348,4 @@ def make_pair_rows(precision: str) -> SimpleNamespace:
         "remove": remove,
         "stiffen": stiffen,
     }
-    return SimpleNamespace(Pairs=Pairs, Work=Work, Freedom=Freedom, **kernels, **functions)
+    return SimpleNamespace(**kernels, **functions)

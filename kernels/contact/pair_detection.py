@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.contact.pair_surfaces import SUBJECT, make_pair_surfaces
+from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.contact.triangles import make_triangles
 from warp_softbody.kernels.precision import real
 
@@ -44,6 +45,7 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     closest_weights = make_triangles(precision, SUBJECT).closest_weights
     surfaces = make_pair_surfaces(precision)
+    NodeCandidates = make_pair_structs(precision).NodeCandidates
     Surfaces, blend, crossed = surfaces.Surfaces, surfaces.blend, surfaces.crossed
     sunk, inside, wide = surfaces.sunk, surfaces.inside, surfaces.wide
     leeway = wp.constant(scalar(LEEWAY))
@@ -115,12 +117,7 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         positions: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
         # out
-        areas: wp.array(dtype=vec3),
-        corners: wp.array(dtype=wp.vec3i),
-        weights: wp.array(dtype=vec3),
-        normals: wp.array(dtype=vec3),
-        gaps: wp.array(dtype=scalar),
-        deep: wp.array(dtype=int),
+        candidates: NodeCandidates,
     ):
         # a node without a partner gets no corners; deep: the body that a node is inside of
         c = wp.tid()
@@ -143,12 +140,12 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
         found_weights = vec3()
         found_normal = vec3()
         found_gap = scalar(0.0)
-        deep[c] = -1
+        candidates.deep[c] = -1
         own = vec3()
         if self_contact != 0 or box > -margin:
             for f in range(fan_start[c], fan_start[c + 1]):
                 own += s.face_normals[fan_faces[f]]
-            areas[c] = own
+            candidates.areas[c] = own
             own = wp.normalize(own)
             first, last = box_around(wide(p), wide(p), wp.float64(reach))
             query = wp.mesh_query_aabb(s.tree, first, last)
@@ -192,12 +189,13 @@ def make_pair_detection(precision: str) -> SimpleNamespace:
                         found_gap = gap
             if found[0] < 0:
                 for body in range(s.low.shape[0]):
-                    if body != own_body and deep[c] < 0 and inside(s, positions, p, body):
+                    other = body != own_body and candidates.deep[c] < 0
+                    if other and inside(s, positions, p, body):
                         if not near_surface(s, positions, p, body, aside * size):
-                            deep[c] = body
-        corners[c] = found
-        weights[c] = found_weights
-        normals[c] = found_normal
-        gaps[c] = found_gap
+                            candidates.deep[c] = body
+        candidates.corners[c] = found
+        candidates.weights[c] = found_weights
+        candidates.normals[c] = found_normal
+        candidates.gaps[c] = found_gap
 
     return SimpleNamespace(detect=detect)

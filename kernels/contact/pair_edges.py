@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.contact.pair_surfaces import SUBJECT, make_pair_surfaces
+from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.precision import real
 
 SHARP = 0.95
@@ -40,6 +41,7 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
     scalar, vec3, vec4 = types.scalar, types.vec3, types.vec4
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     surfaces = make_pair_surfaces(precision)
+    EdgeCandidates = make_pair_structs(precision).EdgeCandidates
     Surfaces, sunk, inside = surfaces.Surfaces, surfaces.sunk, surfaces.inside
     wide, box_around = surfaces.wide, surfaces.box_around
     sharp, parallel = wp.constant(scalar(SHARP)), wp.constant(scalar(PARALLEL))
@@ -82,16 +84,13 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
         positions: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
         # out
-        crossed: wp.array(dtype=int),
-        places: wp.array(dtype=vec4),
-        normals: wp.array(dtype=vec3),
-        gaps: wp.array(dtype=scalar),
+        candidates: EdgeCandidates,
     ):
         # slot 2 e + half: the other edge, or -1; the places of the points on both: 1 - s, s and
         # t - 1, -t
         e = wp.tid()
-        crossed[2 * e] = -1
-        crossed[2 * e + 1] = -1
+        candidates.crossed[2 * e] = -1
+        candidates.crossed[2 * e + 1] = -1
         k = edges.ends[e]
         p, q = positions[k[0]], positions[k[1]]
         own_body = s.node_body[k[0]]
@@ -155,9 +154,11 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
                                     best_second = wp.abs(gap)
                                 else:
                                     best_first = wp.abs(gap)
-                                crossed[slot] = f
-                                places[slot] = vec4(scalar(1.0) - u, u, v - scalar(1.0), -v)
-                                normals[slot] = n
-                                gaps[slot] = gap
+                                candidates.crossed[slot] = f
+                                candidates.places[slot] = vec4(
+                                    scalar(1.0) - u, u, v - scalar(1.0), -v
+                                )
+                                candidates.normals[slot] = n
+                                candidates.gaps[slot] = gap
 
     return SimpleNamespace(Edges=Edges, cross_edges=cross_edges)

@@ -20,6 +20,7 @@ import warp as wp
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.pair_active_set import LEAST_SHARE
 from warp_softbody.kernels.contact.pair_constraints import SUBJECT, make_pair_rows
+from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.precision import real
 
 MOST_ROUNDS = 8
@@ -38,7 +39,8 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     rows = make_pair_rows(precision)
-    Pairs, relative, wide, narrow = rows.Pairs, rows.relative, rows.wide, rows.narrow
+    relative, wide, narrow = rows.relative, rows.wide, rows.narrow
+    Pairs = make_pair_structs(precision).Pairs
     zero, one = wp.constant(wp.float64(0.0)), wp.constant(wp.float64(1.0))
     least_share, cut = wp.constant(scalar(LEAST_SHARE)), wp.constant(scalar(CUT))
     beyond, largest = wp.constant(wp.float64(BEYOND)), wp.constant(scalar(1e15))
@@ -51,7 +53,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         along = wp.dot(n, impulse)
         normal = wp.max(along, scalar(0.0))
         friction = impulse - along * n
-        bound = pairs.roughness[c] * friction_coefficient * normal
+        bound = pairs.friction_factor[c] * friction_coefficient * normal
         size = wp.length(friction)
         if size > bound:
             friction = (bound / size) * friction
@@ -119,8 +121,8 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
     ):
         changes = int(0)
         none = least_share * largest_impulse[0]
-        for row in range(pairs.count[0]):
-            c = pairs.rows[row]
+        for row in range(pairs.active_count[0]):
+            c = pairs.active[row]
             n = pairs.normals[c]
             along = wp.dot(n, impulses[c])
             if along < -none:
@@ -129,7 +131,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
                 changes += 1
             else:
                 size = wp.length(frictions[c])
-                bound = pairs.roughness[c] * friction_coefficient * wp.max(along, scalar(0.0))
+                bound = pairs.friction_factor[c] * friction_coefficient * wp.max(along, scalar(0.0))
                 if size > (scalar(1.0) + cut) * bound + none:
                     frictions[c] = (bound / size) * frictions[c]
                     changes += 1
@@ -196,7 +198,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             impulse = wide(impulses[c])
-            pushed = wp.float64(wp.max(pairs.least[c], scalar(0.0)))
+            pushed = wp.float64(wp.max(pairs.normal_velocity[c], scalar(0.0)))
             pushed *= wp.dot(wide(pairs.normals[c]), impulse)
             total += wp.dot(impulse, relative(pairs, c, x)) - pushed
         return total

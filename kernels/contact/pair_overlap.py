@@ -15,6 +15,7 @@ import warp as wp
 
 from warp_softbody.kernels.contact.pair_edges import make_pair_edges
 from warp_softbody.kernels.contact.pair_surfaces import SUBJECT, make_pair_surfaces
+from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.precision import real
 
 BURIED = 0.05
@@ -35,6 +36,8 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
     Surfaces, wide, met = surfaces.Surfaces, surfaces.wide, surfaces.met
     box_around, within, inside = surfaces.box_around, surfaces.within, surfaces.inside
     Edges = make_pair_edges(precision).Edges
+    structs = make_pair_structs(precision)
+    NodeCandidates, EdgeCandidates = structs.NodeCandidates, structs.EdgeCandidates
     buried = wp.constant(scalar(BURIED))
     tiny = wp.constant(scalar(types.tiny))
     one_sided = wp.constant(scalar(ONE_SIDED))
@@ -70,36 +73,37 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
 
     @kernel
     def sink_edges(
-        # in
+        # model
         s: Surfaces,
         edges: Edges,
+        # in
         positions: wp.array(dtype=vec3),
-        corners: wp.array(dtype=wp.vec3i),
-        deep: wp.array(dtype=int),
+        nodes: NodeCandidates,
         # out
-        deep_edges: wp.array(dtype=int),
-        places: wp.array(dtype=scalar),
+        candidates: EdgeCandidates,
     ):
         # the body that an edge leads through, and a place along it that is inside
         e = wp.tid()
-        deep_edges[e] = -1
+        candidates.deep[e] = -1
         k = edges.ends[e]
         i, j = s.slots[k[0]], s.slots[k[1]]
-        if deep[i] >= 0 or deep[j] >= 0 or corners[i][0] >= 0 or corners[j][0] >= 0:
+        if nodes.deep[i] >= 0 or nodes.deep[j] >= 0:
+            return
+        if nodes.corners[i][0] >= 0 or nodes.corners[j][0] >= 0:
             return
         p, q = positions[k[0]], positions[k[1]]
         own, size = s.node_body[k[0]], wp.min(s.sizes[i], s.sizes[j])
         for body in range(s.low.shape[0]):
             thin = wp.min(size, wp.min(s.high[body] - s.low[body]))
-            if body != own and deep_edges[e] < 0 and overlap(s, own, body, buried * thin):
+            if body != own and candidates.deep[e] < 0 and overlap(s, own, body, buried * thin):
                 first, last = part_within(s, body, p, q)
                 for part in range(3):
                     place = first + scalar(0.25) * scalar(part + 1) * (last - first)
                     middle = p + place * (q - p)
-                    if within(s, body, middle, -buried * thin) and deep_edges[e] < 0:
+                    if within(s, body, middle, -buried * thin) and candidates.deep[e] < 0:
                         if inside(s, positions, middle, body):
-                            deep_edges[e] = body
-                            places[e] = place
+                            candidates.deep[e] = body
+                            candidates.inner[e] = place
 
     @func
     def note(
@@ -119,14 +123,12 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
 
     @kernel
     def find_ways(
-        # in
+        # model
         s: Surfaces,
         edges: Edges,
-        areas: wp.array(dtype=vec3),
-        corners: wp.array(dtype=wp.vec3i),
-        gaps: wp.array(dtype=scalar),
-        deep: wp.array(dtype=int),
-        deep_edges: wp.array(dtype=int),
+        # in
+        nodes: NodeCandidates,
+        crossing: EdgeCandidates,
         # out
         ways: wp.array(dtype=vec3),
         total: wp.array(dtype=scalar),
@@ -135,30 +137,30 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
         # way a * bodies + b: of body a out of body b, a unit vector
         bodies = s.low.shape[0]
         count = int(0)
-        for c in range(deep.shape[0]):
-            if deep[c] >= 0:
+        for c in range(nodes.deep.shape[0]):
+            if nodes.deep[c] >= 0:
                 count += 1
-        for e in range(deep_edges.shape[0]):
-            if deep_edges[e] >= 0:
+        for e in range(crossing.deep.shape[0]):
+            if crossing.deep[e] >= 0:
                 count += 1
         overlaps[0] = count
         if count > 0:
             for k in range(bodies * bodies):
                 ways[k] = vec3()
                 total[k] = scalar(0.0)
-            for c in range(deep.shape[0]):
+            for c in range(nodes.deep.shape[0]):
                 a = s.node_body[s.nodes[c]]
-                b = deep[c]
-                if corners[c][0] >= 0 and gaps[c] < scalar(0.0):
-                    b = s.node_body[corners[c][0]]
+                b = nodes.deep[c]
+                if nodes.corners[c][0] >= 0 and nodes.gaps[c] < scalar(0.0):
+                    b = s.node_body[nodes.corners[c][0]]
                 if b >= 0 and b != a:
-                    note(s, a, b, areas[c], ways, total)
-            for e in range(deep_edges.shape[0]):
-                if deep_edges[e] >= 0:
+                    note(s, a, b, nodes.areas[c], ways, total)
+            for e in range(crossing.deep.shape[0]):
+                if crossing.deep[e] >= 0:
                     a = s.node_body[edges.ends[e][0]]
                     for side in range(2):
                         area = s.face_normals[edges.faces[e][side]]
-                        note(s, a, deep_edges[e], area, ways, total)
+                        note(s, a, crossing.deep[e], area, ways, total)
             for a in range(bodies):
                 for b in range(bodies):
                     k = a * bodies + b
@@ -191,31 +193,29 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
 
     @kernel
     def leave(
-        # in
+        # model
         s: Surfaces,
+        # in
         positions: wp.array(dtype=vec3),
-        deep: wp.array(dtype=int),
         ways: wp.array(dtype=vec3),
+        # in and out
+        nodes: NodeCandidates,
         # out
-        corners: wp.array(dtype=wp.vec3i),
-        weights: wp.array(dtype=vec3),
-        normals: wp.array(dtype=vec3),
-        gaps: wp.array(dtype=scalar),
-        roughness: wp.array(dtype=scalar),
+        friction_factor: wp.array(dtype=scalar),
     ):
         c = wp.tid()
         i = s.nodes[c]
-        body = deep[c]
-        roughness[c] = scalar(1.0)
+        body = nodes.deep[c]
+        friction_factor[c] = scalar(1.0)
         if body >= 0:
             way = ways[s.node_body[i] * s.low.shape[0] + body]
             face, hit = way_out(s, positions, positions[i], body, way)
             if face >= 0:
-                corners[c] = s.faces[face]
-                weights[c] = vec3(scalar(1.0) - hit[0] - hit[1], hit[0], hit[1])
-                normals[c] = way
-                gaps[c] = -hit[2]
-                roughness[c] = scalar(0.0)
+                nodes.corners[c] = s.faces[face]
+                nodes.weights[c] = vec3(scalar(1.0) - hit[0] - hit[1], hit[0], hit[1])
+                nodes.normals[c] = way
+                nodes.gaps[c] = -hit[2]
+                friction_factor[c] = scalar(0.0)
 
     @func
     def split(a: scalar, b: scalar):
@@ -223,25 +223,21 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
 
     @kernel
     def draw_out(
-        # in
+        # model
         s: Surfaces,
         edges: Edges,
+        # in
         positions: wp.array(dtype=vec3),
-        deep_edges: wp.array(dtype=int),
-        inner: wp.array(dtype=scalar),
         ways: wp.array(dtype=vec3),
-        # out
-        crossed: wp.array(dtype=int),
-        places: wp.array(dtype=vec4),
-        normals: wp.array(dtype=vec3),
-        gaps: wp.array(dtype=scalar),
+        # in and out
+        crossing: EdgeCandidates,
     ):
         e = wp.tid()
-        body = deep_edges[e]
+        body = crossing.deep[e]
         if body >= 0:
             k = edges.ends[e]
             way = ways[s.node_body[k[0]] * s.low.shape[0] + body]
-            p = positions[k[0]] + inner[e] * (positions[k[1]] - positions[k[0]])
+            p = positions[k[0]] + crossing.inner[e] * (positions[k[1]] - positions[k[0]])
             face, hit = way_out(s, positions, p, body, way)
             if face >= 0:
                 # the side across from the corner that is farthest
@@ -256,11 +252,13 @@ def make_pair_overlap(precision: str) -> SimpleNamespace:
                 t = split(w[side], w[(side + 1) % 3])
                 if edges.ends[f][0] != corner[side]:
                     t = scalar(1.0) - t
-                crossed[2 * e] = f
-                crossed[2 * e + 1] = -1
-                places[2 * e] = vec4(scalar(1.0) - inner[e], inner[e], t - scalar(1.0), -t)
-                normals[2 * e] = way
-                gaps[2 * e] = -hit[2]
+                crossing.crossed[2 * e] = f
+                crossing.crossed[2 * e + 1] = -1
+                crossing.places[2 * e] = vec4(
+                    scalar(1.0) - crossing.inner[e], crossing.inner[e], t - scalar(1.0), -t
+                )
+                crossing.normals[2 * e] = way
+                crossing.gaps[2 * e] = -hit[2]
 
     return SimpleNamespace(
         sink_edges=sink_edges, find_ways=find_ways, leave=leave, draw_out=draw_out

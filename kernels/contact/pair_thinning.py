@@ -12,8 +12,10 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.pair_edges import make_pair_edges
 from warp_softbody.kernels.contact.pair_surfaces import SUBJECT, make_pair_surfaces
+from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.precision import real
 
 AS_CLOSE = 0.005
@@ -34,18 +36,22 @@ DENSER = 0.9
 def make_pair_thinning(precision: str) -> SimpleNamespace:
     """Kernels ``compare``, ``thin_nodes``, ``thin_edges`` and ``list_found``, in this order."""
     types = real(precision)
-    scalar, vec3, vec4 = types.scalar, types.vec3, types.vec4
+    scalar, vec4 = types.scalar, types.vec4
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     Surfaces = make_pair_surfaces(precision).Surfaces
     Edges = make_pair_edges(precision).Edges
+    structs = make_pair_structs(precision)
+    NodeCandidates, EdgeCandidates = structs.NodeCandidates, structs.EdgeCandidates
+    Pairs = structs.Pairs
     as_close, denser = wp.constant(scalar(AS_CLOSE)), wp.constant(scalar(DENSER))
     far = wp.constant(scalar(FAR))
     half_held = wp.constant(scalar(HALF_HELD))
 
     @kernel
     def compare(
-        # in
+        # model
         s: Surfaces,
+        # in
         corners: wp.array(dtype=wp.vec3i),
         # out
         spacing: wp.array(dtype=scalar),
@@ -77,25 +83,20 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
 
     @kernel
     def thin_nodes(
-        # in
+        # model
         s: Surfaces,
-        spacing: wp.array(dtype=scalar),
         recovery_speed: scalar,
-        found: wp.array(dtype=wp.vec3i),
-        weights: wp.array(dtype=vec3),
-        gaps: wp.array(dtype=scalar),
-        deep: wp.array(dtype=int),
+        # in
+        spacing: wp.array(dtype=scalar),
+        candidates: NodeCandidates,
         modes: wp.array(dtype=int),
         # out
-        nodes: wp.array(dtype=wp.vec4i),
-        signed_weights: wp.array(dtype=vec4),
-        least: wp.array(dtype=scalar),
-        roughness: wp.array(dtype=scalar),
+        pairs: Pairs,
     ):
         # in one body the higher number gives way
         c = wp.tid()
-        nodes[c] = wp.vec4i(-1, -1, -1, -1)
-        k, w, i = found[c], weights[c], s.nodes[c]
+        pairs.nodes[c] = wp.vec4i(-1, -1, -1, -1)
+        k, w, i = candidates.corners[c], candidates.weights[c], s.nodes[c]
         if k[0] < 0:
             return
         body, other = s.node_body[i], s.node_body[k[0]]
@@ -103,34 +104,34 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
         covered = i > k[0] and i > k[1] and i > k[2]
         if body != other:
             covered = gives_way(s, spacing, body, other)
-        covered = covered and deep[c] < 0
+        covered = covered and candidates.deep[c] < 0
         if covered:
             gap = scalar(0.0)
             for a in range(3):
                 slot = s.slots[k[a]]
-                back = found[slot]
+                back = candidates.corners[slot]
                 if back[0] < 0:
                     covered = False
                 elif s.node_body[back[0]] != body:
                     covered = False
-                gap += w[a] * gaps[slot]
+                gap += w[a] * candidates.gaps[slot]
             slack = as_close * edge
-            if modes[c] != 0:
+            if modes[c] != Mode.LIFT:
                 slack = -slack
-            covered = covered and gap < gaps[c] + slack
+            covered = covered and gap < candidates.gaps[c] + slack
         if not covered:
-            nodes[c] = wp.vec4i(i, k[0], k[1], k[2])
-            signed_weights[c] = vec4(scalar(1.0), -w[0], -w[1], -w[2])
-            least[c] = wp.min(-gaps[c] / s.step_factors[0], recovery_speed)
-            if gaps[c] > far * edge and s.fixed[i] == 0 and s.fixed[k[0]] == 0:
-                roughness[c] = scalar(0.0)
+            pairs.nodes[c] = wp.vec4i(i, k[0], k[1], k[2])
+            pairs.weights[c] = vec4(scalar(1.0), -w[0], -w[1], -w[2])
+            pairs.normal_velocity[c] = wp.min(
+                -candidates.gaps[c] / s.step_factors[0], recovery_speed
+            )
+            if candidates.gaps[c] > far * edge and s.fixed[i] == 0 and s.fixed[k[0]] == 0:
+                pairs.friction_factor[c] = scalar(0.0)
 
     @func
     def covers(
         s: Surfaces,
-        found: wp.array(dtype=wp.vec3i),
-        gaps: wp.array(dtype=scalar),
-        deep: wp.array(dtype=int),
+        candidates: NodeCandidates,
         ends: wp.vec2i,
         place: scalar,
         other: int,
@@ -144,12 +145,12 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
         part = scalar(0.0)
         for a in range(2):
             slot = s.slots[ends[a]]
-            if found[slot][0] >= 0 and deep[slot] < 0:
-                if s.node_body[found[slot][0]] == other:
+            if candidates.corners[slot][0] >= 0 and candidates.deep[slot] < 0:
+                if s.node_body[candidates.corners[slot][0]] == other:
                     w = wp.where(a == 0, scalar(1.0) - place, place)
                     known += 1
                     part += w
-                    total += w * gaps[slot]
+                    total += w * candidates.gaps[slot]
         if known == 0:
             return False
         if known == 1 and part < scalar(0.9):
@@ -159,68 +160,56 @@ def make_pair_thinning(precision: str) -> SimpleNamespace:
 
     @kernel
     def thin_edges(
-        # in
+        # model
         s: Surfaces,
         edges: Edges,
         recovery_speed: scalar,
-        found: wp.array(dtype=wp.vec3i),
-        node_gaps: wp.array(dtype=scalar),
-        deep: wp.array(dtype=int),
-        deep_edges: wp.array(dtype=int),
-        crossed: wp.array(dtype=int),
-        places: wp.array(dtype=vec4),
-        edge_normals: wp.array(dtype=vec3),
-        gaps: wp.array(dtype=scalar),
         first: int,
+        # in
+        nodes: NodeCandidates,
+        crossing: EdgeCandidates,
         modes: wp.array(dtype=int),
         # out
-        nodes: wp.array(dtype=wp.vec4i),
-        signed_weights: wp.array(dtype=vec4),
-        normals: wp.array(dtype=vec3),
-        least: wp.array(dtype=scalar),
-        roughness: wp.array(dtype=scalar),
+        pairs: Pairs,
     ):
         number = wp.tid()
         c = first + number
-        nodes[c] = wp.vec4i(-1, -1, -1, -1)
-        f = crossed[number]
+        pairs.nodes[c] = wp.vec4i(-1, -1, -1, -1)
+        f = crossing.crossed[number]
         if f < 0:
             return
-        k, j, w = edges.ends[number / 2], edges.ends[f], places[number]
+        k, j, w = edges.ends[number / 2], edges.ends[f], crossing.places[number]
         size = wp.min(s.sizes[s.slots[k[0]]], s.sizes[s.slots[j[0]]])
-        touched = modes[c] != 0
-        gap = gaps[number]
+        touched = modes[c] != Mode.LIFT
+        gap = crossing.gaps[number]
         own, other = s.node_body[k[0]], s.node_body[j[0]]
-        held = covers(s, found, node_gaps, deep, k, w[1], other, gap, size, touched)
-        held = held or covers(s, found, node_gaps, deep, j, -w[3], own, gap, size, touched)
-        sunken = deep_edges[number / 2] >= 0
+        held = covers(s, nodes, k, w[1], other, gap, size, touched)
+        held = held or covers(s, nodes, j, -w[3], own, gap, size, touched)
+        sunken = crossing.deep[number / 2] >= 0
         if sunken or not held:
-            nodes[c] = wp.vec4i(k[0], k[1], j[0], j[1])
-            signed_weights[c] = w
-            normals[c] = edge_normals[number]
-            least[c] = wp.min(-gap / s.step_factors[0], recovery_speed)
+            pairs.nodes[c] = wp.vec4i(k[0], k[1], j[0], j[1])
+            pairs.weights[c] = w
+            pairs.normals[c] = crossing.normals[number]
+            pairs.normal_velocity[c] = wp.min(-gap / s.step_factors[0], recovery_speed)
             free = s.fixed[k[0]] == 0 and s.fixed[j[0]] == 0
             smooth = sunken or (gap > far * size and free)
-            roughness[c] = wp.where(smooth, scalar(0.0), scalar(1.0))
+            pairs.friction_factor[c] = wp.where(smooth, scalar(0.0), scalar(1.0))
 
     @kernel
     def list_found(
-        # in
-        nodes: wp.array(dtype=wp.vec4i),
-        # out
-        found: wp.array(dtype=int),
-        count: wp.array(dtype=int),
+        # in and out
+        pairs: Pairs,
         modes: wp.array(dtype=int),
     ):
         # what has no partner lifts
         total = int(0)
-        for c in range(nodes.shape[0]):
-            if nodes[c][0] >= 0:
-                found[total] = c
+        for c in range(pairs.nodes.shape[0]):
+            if pairs.nodes[c][0] >= 0:
+                pairs.found[total] = c
                 total += 1
             else:
-                modes[c] = 0
-        count[0] = total
+                modes[c] = Mode.LIFT
+        pairs.found_count[0] = total
 
     return SimpleNamespace(
         compare=compare, thin_nodes=thin_nodes, thin_edges=thin_edges, list_found=list_found

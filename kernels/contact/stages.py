@@ -16,6 +16,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.contact.modes import NEWTON_PASSES, Mode
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.codes import Counter
 from warp_softbody.kernels.precision import real
 
@@ -54,10 +55,11 @@ PICARD_PASSES = NEWTON_PASSES
 
 @cache
 def make_stages(precision: str, subject: str) -> SimpleNamespace:
-    """Functions ``stage_of``, ``braked`` and ``next_stage``."""
+    """Functions ``stage_of``, ``braked``, ``next_stage`` and ``extend_for_pairs``."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
+    Tolerances = make_contact_structs(precision).Tolerances
     all_passes, let_go_passes = wp.constant(ALL_PASSES), wp.constant(LET_GO_PASSES)
 
     @func
@@ -84,20 +86,20 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         weight: scalar,
         first: bool,
         known: mat33,
-        tolerances: wp.array(dtype=scalar),
+        tolerances: Tolerances,
     ):
         # next mode, whether the cone is left, and the stiffness of friction -bound v / |v|
-        speed = wp.max(wp.length(sliding), tolerances[3])
+        speed = wp.max(wp.length(sliding), tolerances.sliding_speed)
         size = bound / speed
         unsettled = int(0)
         if mode == Mode.STICK:
-            if wp.length(friction) <= bound + tolerances[0]:
+            if wp.length(friction) <= bound + tolerances.impulse:
                 return Mode.STICK, unsettled, mat33()
             # the speed at which its own block answers what is beyond the cone
             size = bound * weight / (wp.length(friction) - bound)
         elif not first:
             last = scalar(0.5) * wp.trace(known)
-            if size < (scalar(1.0) - tolerances[2]) * last:
+            if size < (scalar(1.0) - tolerances.friction_share) * last:
                 unsettled = 1
             size = wp.min(size, last)
         across = wp.identity(n=3, dtype=scalar) - wp.outer(n, n)
@@ -129,4 +131,16 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
         later = stage_at(passes, friction_next, max_passes)
         counters[Counter.LOOSE] = wp.where(total > 0 and later == SearchStage.ALL, 1, 0)
 
-    return SimpleNamespace(stage_of=stage_of, braked=braked, next_stage=next_stage)
+    @func
+    def extend_for_pairs(unsettled: int, max_passes: int, counters: wp.array(dtype=int)):
+        # another pass for pairs that have not settled, on top of ``next_stage``; what they have not
+        # found in the first stage they do not find later
+        if unsettled > 0:
+            limit = wp.min(max_passes, all_passes)
+            if counters[Counter.PASSES] < limit:
+                counters[Counter.AGAIN] = 1
+            counters[Counter.LOOSE] = wp.where(counters[Counter.PASSES] < limit - 1, 1, 0)
+
+    return SimpleNamespace(
+        stage_of=stage_of, braked=braked, next_stage=next_stage, extend_for_pairs=extend_for_pairs
+    )

@@ -1,10 +1,11 @@
-"""The two ends of a step: its right-hand side, and the state that it leads to."""
+"""The right-hand side of a step, and the update of the state with what it is solved for."""
 
 from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.bsr_product import make_rows
 from warp_softbody.kernels.linear.codes import Counter
 from warp_softbody.kernels.precision import real
@@ -14,84 +15,94 @@ SUBJECT = "contact_ends"
 
 @cache
 def make_contact_ends(precision: str) -> SimpleNamespace:
-    """Kernels of a step's beginning and end, in the order of their launch."""
+    """Structs ``KnownForces``, ``RightSide``, ``VelocityUpdate``; kernels by order of launch."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel = types.kernel(SUBJECT)
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    VelocityUpdate = make_contact_structs(precision).VelocityUpdate
     stiffness_of_sum = make_rows(precision, SUBJECT).stiffness_of_sum
+
+    @wp.struct
+    class KnownForces:
+        """Impulses (n,) of elasticity and gravity, forces (n,) from outside, of muscles by corner.
+
+        Corner k of a node, from ``node_start``, is slot ``node_corners[k]`` of the muscles'.
+        """
+
+        impulses: wp.array(dtype=vec3)
+        external: wp.array(dtype=vec3)
+        muscles: wp.array(dtype=vec3)
+        has_muscles: int
+        node_start: wp.array(dtype=int)
+        node_corners: wp.array(dtype=int)
+
+    @wp.struct
+    class RightSide:
+        """Known impulses (n,): without contact, with its friction, and those from outside alone."""
+
+        right: wp.array(dtype=vec3)
+        right_with_slip: wp.array(dtype=vec3)
+        outer_impulses: wp.array(dtype=vec3)
+
+    @func
+    def given_force(forces: KnownForces, i: int):
+        # from outside and of the muscles, at a node
+        force = forces.external[i]
+        if forces.has_muscles != 0:
+            for k in range(forces.node_start[i], forces.node_start[i + 1]):
+                force += forces.muscles[forces.node_corners[k]]
+        return force
 
     @kernel
     def right_side(
         # model
-        node_start: wp.array(dtype=int),
-        node_corners: wp.array(dtype=int),
         step_factors: wp.array(dtype=scalar),
-        has_muscles: int,
         follows: int,
         # in
-        impulses: wp.array(dtype=vec3),
-        external_forces: wp.array(dtype=vec3),
-        muscle_forces: wp.array(dtype=vec3),
+        forces: KnownForces,
         velocities: wp.array(dtype=vec3),
         increments: wp.array(dtype=vec3),
         friction_forces: wp.array(dtype=vec3),
         # out
-        right: wp.array(dtype=vec3),
-        right_with_slip: wp.array(dtype=vec3),
-        outer_impulses: wp.array(dtype=vec3),
-        before: wp.array(dtype=vec3),
+        sides: RightSide,
+        moved: VelocityUpdate,
         start: wp.array(dtype=vec3),
-        change: wp.array(dtype=vec3),
     ):
         i = wp.tid()
-        force = external_forces[i]
-        outer_impulses[i] = step_factors[0] * force
-        if has_muscles != 0:
-            for k in range(node_start[i], node_start[i + 1]):
-                force += muscle_forces[node_corners[k]]
-        known = impulses[i] + step_factors[0] * force
-        right[i] = known
-        right_with_slip[i] = known + friction_forces[i]
-        before[i] = velocities[i]
+        sides.outer_impulses[i] = step_factors[0] * forces.external[i]
+        known = forces.impulses[i] + step_factors[0] * given_force(forces, i)
+        sides.right[i] = known
+        sides.right_with_slip[i] = known + friction_forces[i]
+        moved.before[i] = velocities[i]
         first = vec3()
         if follows != 0:
             first = increments[i]
         start[i] = first
-        change[i] = first
+        moved.change[i] = first
 
     @kernel
     def newton_right_side(
         # model
-        node_start: wp.array(dtype=int),
-        node_corners: wp.array(dtype=int),
         step_factors: wp.array(dtype=scalar),
         stiffness_share: wp.array(dtype=scalar),
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
-        has_muscles: int,
         # in
         values: wp.array(dtype=mat33),
-        impulses: wp.array(dtype=vec3),
-        external_forces: wp.array(dtype=vec3),
-        muscle_forces: wp.array(dtype=vec3),
-        before: wp.array(dtype=vec3),
-        change: wp.array(dtype=vec3),
+        forces: KnownForces,
+        moved: VelocityUpdate,
         friction_forces: wp.array(dtype=vec3),
         # out
-        right: wp.array(dtype=vec3),
-        right_with_slip: wp.array(dtype=vec3),
+        sides: RightSide,
     ):
         # forces and K at x + dt v, v the last iterate, where the force is linear in v+ - v: what K
         # takes from v in the matrix is given back, but for damping
         i = wp.tid()
-        force = external_forces[i]
-        if has_muscles != 0:
-            for k in range(node_start[i], node_start[i + 1]):
-                force += muscle_forces[node_corners[k]]
-        stiff = stiffness_of_sum(i, row_start, column, values, before, change)
-        known = impulses[i] + step_factors[0] * force + stiffness_share[i] * stiff
-        right[i] = known
-        right_with_slip[i] = known + friction_forces[i]
+        stiff = stiffness_of_sum(i, row_start, column, values, moved.before, moved.change)
+        known = forces.impulses[i] + step_factors[0] * given_force(forces, i)
+        known += stiffness_share[i] * stiff
+        sides.right[i] = known
+        sides.right_with_slip[i] = known + friction_forces[i]
 
     @kernel
     def begin_iteration(
@@ -170,6 +181,9 @@ def make_contact_ends(precision: str) -> SimpleNamespace:
         extremes[1] = wp.float64(speed)
 
     return SimpleNamespace(
+        KnownForces=KnownForces,
+        RightSide=RightSide,
+        VelocityUpdate=VelocityUpdate,
         right_side=right_side,
         newton_right_side=newton_right_side,
         begin_iteration=begin_iteration,

@@ -11,7 +11,9 @@ import warp as wp
 
 from warp_softbody.device.host_view import HostView
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.assembly import Assembly
+from warp_softbody.engine.contact_arrays import PassRecord
 from warp_softbody.engine.friction_cone import make_friction
 from warp_softbody.engine.ground_detection import make_detection
 from warp_softbody.engine.model import Model
@@ -20,7 +22,9 @@ from warp_softbody.engine.pair_contact import Known, PairContact, PairRows
 from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.engine.turning import Flown, Turning
+from warp_softbody.kernels.contact.pass_conclusion import make_pass_conclusion
 from warp_softbody.kernels.contact.step_ends import make_contact_ends
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.rigid_balance import make_rigid_balance
 from warp_softbody.linear.block_ldlt import Freedom
@@ -42,6 +46,8 @@ class ContactResolution:
         accountant: keeps the account of all steps.
         start: (n,) vec3 m/s, the change that the step's first solve starts from.
         change: (n,) vec3 m/s, what the step adds to the velocities.
+        sides: struct of ``right``, ``right_with_slip`` and ``outer_impulses``.
+        velocity_update: struct of ``before`` and ``change``.
         carry: (2 bodies,) vec3d, momenta that rounding keeps velocities from taking.
         preconditioner: of the solves.
         turning: of bodies in flight.
@@ -53,6 +59,7 @@ class ContactResolution:
         self._model = model
         self._assembly = assembly
         self._kernels = make_friction(model)
+        self._conclusion = make_pass_conclusion(model.options.precision)
         self._rigid_balance = make_rigid_balance(model.options.precision)
         bodies = len(model.scene.parts)
         self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
@@ -64,16 +71,15 @@ class ContactResolution:
         self.outer_impulses = model.zeros(n, types.vec3)
         self.change = model.zeros(n, types.vec3)
         self._velocities = model.zeros(n if model.scene.has_pairs else 0, types.vec3)
-        self._normal_velocity = model.zeros(model.contact_count, types.scalar)
-        self._changed = model.zeros(model.contact_count, wp.int32)
         pair = wp.types.vector(length=2, dtype=types.scalar)
-        self._violations = model.zeros(model.contact_count, pair)
         self._largest_violations = model.zeros(1, pair)
+        self._worst = model.zeros(1, wp.int32)
         self.preconditioner = make_preconditioner(
             model.system, assembly.values, assembly.node_rotations
         )
         self._solver = ConjugateGradients(model.system, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start
+        self._make_structs()
         self.turning = Turning(model, self._solver, self.preconditioner)
         self._pairs: PairContact | None = None
         self.accountant = Accountant(model)
@@ -84,6 +90,33 @@ class ContactResolution:
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
             self._pairs = PairContact(model, self._solver, assembly.values)
+
+    def _make_structs(self) -> None:
+        """What the kernels of the active set take together."""
+        model, a = self._model, self._model.arrays
+        structs = self._structs = make_contact_structs(model.options.precision)
+        record = PassRecord.of(model.contact_count, model.allocator)
+        self._record = struct_of(structs.PassRecord, record)
+        self._planes = struct_of(
+            structs.ContactPlanes,
+            normals=self._solver.normals,
+            normal_velocity=model.zeros(model.contact_count, model.types.scalar),
+        )
+        if a.ground is not None:
+            self._ground = struct_of(
+                structs.GroundContacts,
+                a.ground,
+                fixed=a.masses.fixed,
+                tolerances=struct_of(structs.Tolerances, a.ground.tolerances),
+                max_passes=model.options.max_contact_passes,
+            )
+        self._rows = struct_of(
+            structs.MatrixRows, a.pattern, masses=a.masses.mass, damped_masses=a.masses.damped_mass
+        )
+        self.sides = struct_of(self._ends.RightSide, self)
+        self.velocity_update = struct_of(
+            structs.VelocityUpdate, before=self.before, change=self.change
+        )
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
@@ -106,7 +139,7 @@ class ContactResolution:
         self._add_pair_frictions(contacts)
         self._solver.set_target(self.right)
         if self._detection is not None:
-            self._detection.launch(state, self._normal_velocity, self._solver.normals)
+            self._detection.launch(state, self._planes.normal_velocity, self._planes.normals)
         self._launch_pass(state, contacts, renew=renew, first=True)
 
     def launch_next(self, state: State, contacts: Contacts) -> None:
@@ -160,8 +193,7 @@ class ContactResolution:
     ) -> None:
         m, a, k = self._model, self._model.arrays, self._kernels
         if a.ground is not None:
-            inputs = [a.ground.nodes, a.masses.fixed, self._solver.normals, contacts.modes]
-            inputs += [self._normal_velocity, self.before]
+            inputs = [a.ground.nodes, a.masses.fixed, self._planes, contacts.modes, self.before]
             outputs = [self._solver.kinds, self._solver.axes, self.change]
             self._launch(k.impose, m.contact_count, inputs, outputs)
         inputs = [a.masses.fixed, self.before]
@@ -203,7 +235,7 @@ class ContactResolution:
         """Launch what gives bodies back the momenta that the solve left over."""
         a, solver, k = self._model.arrays, self._solver, self._rigid_balance
         if self._pairs is not None and contacts.pairs is not None:
-            inputs = [a.step.body_start, *self._pairs.found]
+            inputs = [a.step.body_start, *self._pairs.lists]
             inputs += [contacts.pairs.nodes, contacts.pairs.modes]
             self._launch(k.join_touching, 1, inputs, [self._groups])
         inputs = [
@@ -230,37 +262,23 @@ class ContactResolution:
         self._launch_ground(contacts, right)
         if self._pairs is not None and pairs is not None:
             self._pairs.update(pairs, self._velocities, solver.counters, solver.scalars)
-        inputs = [m.options.max_contact_passes, self._changed, contacts.modes, self._violations]
-        outputs = [solver.counters, self._largest_violations]
-        self._launch(self._kernels.conclude_pass, 1, inputs, outputs)
+        inputs = [m.options.max_contact_passes, contacts.modes, self._record]
+        outputs = [solver.counters, self._largest_violations, self._worst]
+        self._launch(self._conclusion.conclude_ground, 1, inputs, outputs)
         if self._pairs is not None and pairs is not None:
-            self._pairs.conclude(pairs, *outputs)
+            self._pairs.conclude(pairs, solver.counters, self._largest_violations)
             self._add_pair_frictions(contacts)
 
     def _launch_ground(self, contacts: Contacts, right: Any) -> None:
         """Launch the modes of the ground's contacts; ``right`` holds the impulses of pairs too."""
-        m, a, solver = self._model, self._model.arrays, self._solver
-        if a.ground is None:
+        m, solver = self._model, self._solver
+        if m.arrays.ground is None:
             return
-        rows = [a.pattern.row_start, a.pattern.column, a.pattern.diagonal_slot]
-        rows += [a.masses.mass, a.masses.damped_mass]
-        law = [a.ground.friction, a.ground.forward, a.ground.friction_factors]
-        law += [a.ground.tolerances, m.options.max_contact_passes]
-        inputs = [a.ground.nodes, a.masses.fixed, *rows, *law]
-        now = [self._assembly.node_rotations, self._assembly.values]
-        now += [right, self.before, self.change]
-        now += [solver.normals, self._normal_velocity, solver.counters, solver.scalars]
-        outputs = [
-            contacts.modes,
-            contacts.impulses,
-            contacts.friction_forces,
-            contacts.slip_velocities,
-            contacts.slip_stiffness,
-            self.right_with_slip,
-            self._changed,
-            self._violations,
-        ]
-        self._launch(self._kernels.update_modes, m.contact_count, [*inputs, *now], outputs)
+        inputs = [self._ground, self._rows, self._assembly.node_rotations, self._assembly.values]
+        inputs += [right, self.velocity_update, self._planes, solver.counters, solver.scalars]
+        states = struct_of(self._structs.ContactStates, contacts)
+        outputs = [states, self.right_with_slip, self._record]
+        self._launch(self._kernels.update_modes, m.contact_count, inputs, outputs)
 
     def launch_turning(
         self,
@@ -270,7 +288,7 @@ class ContactResolution:
         relinearise: Callable[[Any, Any, Any], None],
     ) -> None:
         """Launch the arcs of bodies in flight, once the straight paths stand in ``after``."""
-        found = None if self._pairs is None else self._pairs.found
+        found = None if self._pairs is None else self._pairs.lists
         ends = (self.right, self.outer_impulses, self.change)
         flown = Flown(*ends, found, self._groups, relinearise)
         self.turning.launch(state, contacts, after, flown)
@@ -278,7 +296,7 @@ class ContactResolution:
     def launch_account(self, contacts: Contacts) -> None:
         """Launch the account of the step, once its contacts have their impulses."""
         normals = self._solver.normals
-        found = None if self._pairs is None else self._pairs.found
+        found = None if self._pairs is None else self._pairs.lists
         moved = (self.outer_impulses, self.before, self.change)
         self.accountant.launch(contacts, normals, *moved, found)
 
@@ -286,8 +304,7 @@ class ContactResolution:
         """Of the last pass: the node that misses its law of contact with the ground most."""
         if not self._model.contact_count:
             return -1
-        worst = int(self._violations.numpy().max(axis=1).argmax())
-        return int(self._model.body.mesh.surface_nodes[worst])
+        return int(self._model.body.mesh.surface_nodes[int(self._worst.numpy()[0])])
 
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
@@ -23,6 +25,23 @@ EARTH = 9.81
 """Gravity, m/s^2, with which a body of a metre moves at the speeds that tolerances are made for."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class ContactTolerances:
+    """What counts as zero in contact with the ground.
+
+    Attributes:
+        impulse: N s.
+        normal_speed: m/s, off the ground.
+        friction_share: part of its bound by which a sliding node's friction may miss Coulomb's law.
+        sliding_speed: m/s, along the ground.
+    """
+
+    impulse: float
+    normal_speed: float
+    friction_share: float
+    sliding_speed: float
+
+
 def speed_share(scene: Scene) -> float:
     """Speeds of a scene's smallest body, sqrt(g size), of those of a metre on Earth; at most 1."""
     sizes = [np.linalg.norm(np.ptp(c.mesh.points, axis=0)) for c in scene.characters]
@@ -32,8 +51,8 @@ def speed_share(scene: Scene) -> float:
 
 def contact_tolerances(
     scene: Scene, dt: float, masses: FloatArray, materials: tuple[MaterialPart, ...]
-) -> tuple[float, float, float, float]:
-    """Impulse, N s, normal speed, m/s, part of the friction bound, and sliding speed, m/s."""
+) -> ContactTolerances:
+    """The tolerances of a scene with a time step ``dt``, s, and nodes of masses (n,) kg."""
     # a millionth of the weight's impulse, and 0.01 mm/s off what is touched for bodies of a metre
     weight = float(masses.sum()) * float(np.linalg.norm(scene.gravity))
     impulse = 1e-6 * weight * dt
@@ -44,7 +63,9 @@ def contact_tolerances(
     if weight > 0.0:
         largest = _largest_block(scene.whole.mesh, masses, materials)
         speed = min(speed, max(SLOWEST_SLIDING * share, 20.0 * impulse / largest))
-    return impulse, still, FRICTION_SHARE, speed
+    return ContactTolerances(
+        impulse=impulse, normal_speed=still, friction_share=FRICTION_SHARE, sliding_speed=speed
+    )
 
 
 def _largest_block(mesh: TetMesh, masses: FloatArray, materials: tuple[MaterialPart, ...]) -> float:

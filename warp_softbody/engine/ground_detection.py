@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import State
 from warp_softbody.errors import InputError
@@ -49,16 +50,20 @@ class PlaneDetection:
 
     def __init__(self, model: Model, plane: Plane) -> None:
         """Keep the plane's numbers on the device."""
-        types = model.types
+        kernels = make_ground_plane(model.options.precision)
         self._model = model
-        self._kernel = make_ground_plane(model.options.precision).detect
-        self._normal = model.array([plane.normal], types.vec3)
-        self._plane = model.array([plane.offset, model.recovery_speed], types.scalar)
+        self._kernel = kernels.detect
+        self._plane = struct_of(
+            kernels.GroundPlane,
+            normal=model.types.vec3(*plane.normal),
+            offset=plane.offset,
+            recovery_speed=model.recovery_speed,
+        )
 
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
         """See `Detection`."""
         m, a = self._model, self._model.arrays
-        inputs = [a.mesh.surface_nodes, self._normal, self._plane, a.step.factors, state.positions]
+        inputs = [a.mesh.surface_nodes, self._plane, a.step.factors, state.positions]
         _launch(m, self._kernel, inputs, [normal_velocity, normals])
 
 
@@ -67,18 +72,24 @@ class HeightDetection:
 
     def __init__(self, model: Model, ground: HeightField) -> None:
         """Keep the grid on the device."""
-        types = model.types
+        kernels = make_ground_heights(model.options.precision)
         self._model = model
-        self._kernel = make_ground_heights(model.options.precision).detect
-        self._heights = model.array(ground.heights, types.scalar)
-        grid = [*ground.origin, *ground.spacing, model.recovery_speed]
-        self._grid = model.array(grid, types.scalar)
+        self._kernel = kernels.detect
+        self._grid = struct_of(
+            kernels.HeightGrid,
+            heights=model.array(ground.heights, model.types.scalar),
+            origin_x=ground.origin[0],
+            origin_y=ground.origin[1],
+            spacing_x=ground.spacing[0],
+            spacing_y=ground.spacing[1],
+            recovery_speed=model.recovery_speed,
+        )
 
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
         """See `Detection`."""
         m, a = self._model, self._model.arrays
-        ground = [a.mesh.surface_nodes, self._heights, self._grid, a.step.factors]
-        inputs = [*ground, state.positions, state.velocities]
+        inputs = [a.mesh.surface_nodes, self._grid, a.step.factors]
+        inputs += [state.positions, state.velocities]
         _launch(m, self._kernel, inputs, [normal_velocity, normals])
 
 
@@ -87,27 +98,28 @@ class TriangleDetection:
 
     def __init__(self, model: Model, ground: TriangleGround) -> None:
         """Build the search tree and keep the features' normals on the device."""
-        types = model.types
+        kernels = make_ground_triangles(model.options.precision)
         self._model = model
-        self._kernel = make_ground_triangles(model.options.precision).detect
+        self._kernel = kernels.detect
         self._tree = ground.tree_on(model.options.device)
-        features = ground.features
         # a node deeper than the body is large has gone through
         size = float(np.linalg.norm(np.ptp(model.body.mesh.points, axis=0)))
-        self._inputs = [
-            self._tree.id,
-            model.array(ground.vertices, types.vec3),
-            model.array(ground.faces, wp.vec3i),
-            model.array(features.faces, types.vec3),
-            model.array(features.edges, types.vec3),
-            model.array(features.vertices, types.vec3),
-            model.array([size, model.recovery_speed], types.scalar),
-        ]
+        self._surface = struct_of(
+            kernels.TriangleSurface,
+            tree=self._tree.id,
+            vertices=model.array(ground.vertices, model.types.vec3),
+            faces=model.array(ground.faces, wp.vec3i),
+            face_normals=model.array(ground.features.faces, model.types.vec3),
+            edge_normals=model.array(ground.features.edges, model.types.vec3),
+            vertex_normals=model.array(ground.features.vertices, model.types.vec3),
+            reach=size,
+        )
 
     def launch(self, state: State, normal_velocity: Any, normals: Any) -> None:
         """See `Detection`."""
         m, a = self._model, self._model.arrays
-        inputs = [a.mesh.surface_nodes, *self._inputs, a.step.factors, state.positions]
+        inputs = [a.mesh.surface_nodes, self._surface, float(m.recovery_speed)]
+        inputs += [a.step.factors, state.positions]
         _launch(m, self._kernel, inputs, [normal_velocity, normals])
 
 

@@ -15,7 +15,7 @@ import warp as wp
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.device.allocator import Allocator, DeviceArray
-from warp_softbody.engine.contact_tolerances import contact_tolerances
+from warp_softbody.engine.contact_tolerances import ContactTolerances, contact_tolerances
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.muscle_layout import MuscleLayout
 from warp_softbody.linear.block_sparsity import Topology
@@ -175,8 +175,7 @@ class GroundArrays:
     Attributes:
         nodes: (c,) int32, nodes that may touch, those of the surface.
         body_start: (bodies + 1,) int32, first entry of each body in ``nodes``, and the end.
-        tolerances: (4,) scalar, impulse, N s, normal speed, m/s, part of the friction bound, and
-            sliding speed, m/s, that count as none.
+        tolerances: what counts as zero.
         friction: (c,) scalar, coefficient of each node.
         forward: (c,) vec3, unit, at rest, of friction by direction; one unused entry without it.
         friction_factors: (c, k) scalar, factors of the coefficient by direction; likewise.
@@ -184,7 +183,7 @@ class GroundArrays:
 
     nodes: DeviceArray
     body_start: DeviceArray
-    tolerances: DeviceArray
+    tolerances: ContactTolerances
     friction: DeviceArray
     forward: DeviceArray
     friction_factors: DeviceArray
@@ -208,11 +207,10 @@ class GroundArrays:
         if body.directional_friction:
             by_node = body.node_friction
             forward, factors = by_node.forward[nodes], by_node.factors[nodes]
-        tolerances = contact_tolerances(scene, dt, masses, materials)
         return GroundArrays(
             nodes=surface_nodes,
             body_start=make.array(starts.astype(np.int32), wp.int32),
-            tolerances=make.array(tolerances, types.scalar),
+            tolerances=contact_tolerances(scene, dt, masses, materials),
             friction=make.array(np.full(len(nodes), scene.ground.friction), types.scalar),
             forward=make.array(forward, types.vec3),
             friction_factors=make.array(factors, types.scalar),

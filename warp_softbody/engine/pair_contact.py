@@ -9,13 +9,17 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.engine.contact_arrays import DelassusWork, FoundPairs, PassRecord
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.pair_detection import PairDetection, mean_edges
 from warp_softbody.engine.pair_ending import PairEnding
 from warp_softbody.engine.state import PairStates, State
 from warp_softbody.kernels.contact.pair_active_set import make_pair_modes
 from warp_softbody.kernels.contact.pair_constraints import make_pair_rows
+from warp_softbody.kernels.contact.pass_conclusion import make_pass_conclusion
+from warp_softbody.kernels.contact.structs import make_contact_structs, make_pair_structs
 from warp_softbody.linear.pcg import ConjugateGradients
 
 APPROACH = 2e-6
@@ -51,6 +55,7 @@ class PairContact:
     """Rows, projections and modes of pairs; launches are capturable but for `find`.
 
     Attributes:
+        found: the pairs that there are in a step.
         unsettled: (1,) int, pairs whose modes or frictions the last pass changed.
     """
 
@@ -63,33 +68,24 @@ class PairContact:
         self._matrix = matrix
         self._rows = make_pair_rows(precision)
         self._modes = make_pair_modes(precision)
-        self._pairs = self._rows.Pairs()
-        self._pairs.roughness = model.zeros(count, types.scalar)
-        self._pairs.found = model.zeros(count, wp.int32)
-        self._pairs.found_count = model.zeros(1, wp.int32)
-        self._pairs.normals = model.zeros(count, types.vec3)
-        self._pairs.least = model.zeros(count, types.scalar)
-        self._pairs.rows = model.zeros(count, wp.int32)
-        self._pairs.count = model.zeros(1, wp.int32)
-        for name in ("marks", "touched", "held"):
-            setattr(self._pairs, name, model.zeros(n, wp.int32))
-        self._pairs.counts = model.zeros(2, wp.int32)
-        self._detection = PairDetection(model, self._pairs)
-        self._work = self._rows.Work()
-        self._work.nodal = model.zeros(n, wp.vec3d)
-        for name in "yrpq":
-            setattr(self._work, name, model.zeros(count, wp.vec3d))
-        self._freedom = self._rows.Freedom()
-        self._freedom.kinds, self._freedom.axes = solver.kinds, solver.axes
+        self._conclusion = make_pass_conclusion(precision)
+        self._structs = make_pair_structs(precision)
+        structs = make_contact_structs(precision)
+        self._states = structs.ContactStates
+        self.found = FoundPairs.of(count, n, model.allocator)
+        self._detection = PairDetection(model, self.found)
+        self._work = struct_of(
+            self._structs.DelassusWork, DelassusWork.of(count, n, model.allocator)
+        )
+        self._constraints = struct_of(self._structs.NodeConstraints, solver)
         self._right = model.zeros(n, types.vec3)
         self._ending = PairEnding(model)
         self.unsettled = model.zeros(1, wp.int32)
         self._worst = model.zeros(1, wp.int32)
         self._largest_impulse = model.zeros(1, types.scalar)
         self._approach = slowest_approach(model)
-        self._changed = model.zeros(count, wp.int32)
-        pair = wp.types.vector(length=2, dtype=types.scalar)
-        self._violations = model.zeros(count, pair)
+        self._record = struct_of(structs.PassRecord, PassRecord.of(count, model.allocator))
+        self._nodes: Any = None
         self._count = count
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 1) -> None:
@@ -98,49 +94,50 @@ class PairContact:
 
     def find(self, state: State, pairs: PairStates) -> None:
         """The pairs of a step, from where it starts; a node that has none lifts."""
+        self._nodes = pairs.nodes
         with_kernels(lambda: self._detection.find(state, pairs))
 
     @property
-    def found(self) -> list[Any]:
+    def lists(self) -> list[Any]:
         """Numbers of the pairs that there are, and how many: (c,) int and (1,) int."""
-        return [self._pairs.found, self._pairs.found_count]
+        return [self.found.found, self.found.found_count]
 
     @property
     def normals(self) -> Any:
         """(c,) vec3 of the pairs found, unit, from the other side onto the node or edge."""
-        return self._pairs.normals
+        return self.found.normals
 
     def _bound(self, pairs: PairStates) -> Any:
         """The struct that kernels take, on the caller's states."""
-        self._pairs.nodes, self._pairs.weights = pairs.nodes, pairs.weights
-        return self._pairs
+        return struct_of(self._structs.Pairs, self.found, nodes=pairs.nodes, weights=pairs.weights)
 
     def _shared(self, pairs: PairStates) -> list[Any]:
-        return [self._bound(pairs), pairs.modes, self._freedom, self._work]
+        return [self._bound(pairs), pairs.modes, self._constraints]
 
     def impose(self, pairs: PairStates, x: Any) -> None:
         """Launch the relative velocities that the modes give."""
-        self._launch(self._rows.list_rows, [self._bound(pairs), pairs.modes, self._freedom], [])
-        self._launch(self._rows.impose, self._shared(pairs), [x])
+        inputs = [pairs.modes, self._constraints]
+        self._launch(self._rows.list_rows, inputs, [self._bound(pairs)])
+        self._launch(self._rows.impose, self._shared(pairs), [self._work, x])
 
     def finish_residual(self, pairs: PairStates, x: Any, r: Any, partial: Any) -> None:
         """Launch r = P (b - matrix x) from the ground's S (b - M~ x)."""
         inputs = [*self._shared(pairs), pairs.slip_stiffness, x]
-        self._launch(self._rows.finish_residual, inputs, [r, partial])
+        self._launch(self._rows.finish_residual, inputs, [self._work, r, partial])
 
     def project(self, pairs: PairStates, v: Any) -> None:
         """Launch v = P v."""
-        self._launch(self._rows.project_pairs, self._shared(pairs), [v])
+        self._launch(self._rows.project_pairs, self._shared(pairs), [self._work, v])
 
     def finish_product(self, pairs: PairStates, p: Any, q: Any, partial: Any) -> None:
         """Launch q = P matrix p from the ground's S M~ p."""
         inputs = [*self._shared(pairs), pairs.slip_stiffness, p]
-        self._launch(self._rows.finish_product, inputs, [q, partial])
+        self._launch(self._rows.finish_product, inputs, [self._work, q, partial])
 
     def find_impulses(self, pairs: PairStates, x: Any, right: Any, r: Any) -> Any:
         """Launch the pairs' impulses; the right side with them, as the ground's contacts see it."""
         inputs = [*self._shared(pairs), pairs.friction_forces, pairs.slip_stiffness, x, right]
-        outputs = [r, pairs.impulses, self._right, self._largest_impulse]
+        outputs = [self._work, r, pairs.impulses, self._right, self._largest_impulse]
         self._launch(self._modes.find_impulses, inputs, outputs)
         return self._right
 
@@ -149,10 +146,9 @@ class PairContact:
         a = self._model.arrays
         friction = float(self._model.scene.body_friction)
         law = [a.masses.fixed, a.pattern.diagonal_slot, friction, self._approach]
-        inputs = [*law, self._bound(pairs), self._matrix, x, pairs.impulses, self._largest_impulse]
+        inputs = [*law, self._bound(pairs), self._matrix, x, self._largest_impulse]
         inputs += [counters, scalars]
-        outputs = [pairs.modes, pairs.slip_velocities, pairs.friction_forces]
-        outputs += [pairs.slip_stiffness, self._changed, self._violations]
+        outputs = [struct_of(self._states, pairs), self._record]
         self._launch(self._modes.update_pairs, inputs, outputs, dim=self._count)
 
     def add_frictions(
@@ -165,16 +161,16 @@ class PairContact:
     def conclude(self, pairs: PairStates, counters: Any, largest_violations: Any) -> None:
         """Launch the count of changes, after the ground's."""
         passes = self._model.options.max_contact_passes
-        inputs = [passes, self._bound(pairs), self._changed, pairs.modes, self._violations]
-        outputs = [counters, largest_violations, self.unsettled, self._worst]
-        self._launch(self._modes.conclude_pairs, inputs, outputs)
+        inputs = [passes, self._bound(pairs), pairs.modes, self._record]
+        outputs = [counters, largest_violations, self._worst, self.unsettled]
+        self._launch(self._conclusion.conclude_pairs, inputs, outputs)
 
     def worst(self) -> tuple[str, str] | None:
         """Names of the two bodies whose pair missed the laws most in the last pass, if any did."""
         slot = int(self._worst.numpy()[0])
         if slot < 0:
             return None
-        scene, nodes = self._model.scene, self._pairs.nodes.numpy()[slot]
+        scene, nodes = self._model.scene, self._nodes.numpy()[slot]
         # the other side's node is the third of an edge's pair, and one of the others of a node's
         first, second = scene.node_bodies[nodes[[0, 2]]]
         return scene.parts[first].name, scene.parts[second].name

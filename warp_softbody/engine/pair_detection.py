@@ -11,6 +11,8 @@ import warp as wp
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.surface_edges import SurfaceEdges
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
+from warp_softbody.engine.contact_arrays import EdgeCandidates, FoundPairs, NodeCandidates
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import PairStates, State
 from warp_softbody.kernels.contact.pair_detection import make_pair_detection
@@ -18,6 +20,7 @@ from warp_softbody.kernels.contact.pair_edges import make_pair_edges
 from warp_softbody.kernels.contact.pair_overlap import make_pair_overlap
 from warp_softbody.kernels.contact.pair_surfaces import make_pair_surfaces
 from warp_softbody.kernels.contact.pair_thinning import make_pair_thinning
+from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.linear.block_sparsity import starts
 from warp_softbody.world.body_overlap import refuse_coincident
 from warp_softbody.world.scene import Scene
@@ -59,12 +62,13 @@ class PairDetection:
     record that.
     """
 
-    def __init__(self, model: Model, pairs: Any) -> None:
-        """Build the search tree over the surfaces of all bodies; ``pairs`` is what is written."""
+    def __init__(self, model: Model, found: FoundPairs) -> None:
+        """Build the search tree over the surfaces of all bodies; ``found`` is what is written."""
         refuse_coincident(model.scene)
         precision = model.options.precision
         self._model = model
-        self._pairs = pairs
+        self._found = found
+        self._structs = make_pair_structs(precision)
         self._search = make_pair_surfaces(precision)
         self._detection = make_pair_detection(precision)
         self._overlap = make_pair_overlap(precision)
@@ -72,7 +76,10 @@ class PairDetection:
         self._graphs: dict[tuple[int, ...], Any] = {}
         self._make_surfaces()
         self._make_fans()
-        self._make_found()
+        self._make_overlaps()
+        count = len(model.body.mesh.surface_nodes)
+        nodes = NodeCandidates.of(count, found.normals, model.allocator)
+        self._nodes_met = struct_of(self._structs.NodeCandidates, nodes)
         self._crossing = CrossingEdges(model, self._surfaces)
 
     def _make_surfaces(self) -> None:
@@ -113,14 +120,10 @@ class PairDetection:
             model.array((order // 3).astype(np.int32), wp.int32),
         ]
 
-    def _make_found(self) -> None:
+    def _make_overlaps(self) -> None:
+        """What bodies that are deep in each other are pushed apart by."""
         model, types = self._model, self._model.types
-        bodies, count = len(model.scene.parts), len(model.body.mesh.surface_nodes)
-        self._corners = model.zeros(count, wp.vec3i)
-        self._weights = model.zeros(count, types.vec3)
-        self._gaps = model.zeros(count, types.scalar)
-        self._areas = model.zeros(count, types.vec3)
-        self._deep = model.zeros(count, wp.int32)
+        bodies = len(model.scene.parts)
         self._overlaps = model.zeros(1, wp.int32)
         self._ways = model.zeros(bodies * bodies, types.vec3)
         self._totals = model.zeros(bodies * bodies, types.scalar)
@@ -141,34 +144,37 @@ class PairDetection:
         wp.capture_launch(self._graphs[key][0])
 
     def _launch_search(self, state: State, states: PairStates) -> None:
-        s, found, pairs = self._surfaces, self._pairs, states
-        x = state.positions
-        bodies, count = len(self._model.scene.parts), len(self._gaps)
+        s, model = self._surfaces, self._model
+        x, v, bodies = state.positions, state.velocities, len(model.scene.parts)
         self._launch(self._search.find_normals, len(s.faces), [s.faces, x], [s.face_normals])
         self._launch(self._search.find_bounds, bodies, [self._body_start, x], [s.low, s.high])
-        inputs = [s, *self._fans, int(self._model.scene.self_contact), x, state.velocities]
-        met = [self._corners, self._weights, found.normals, self._gaps]
-        self._launch(self._detection.detect, count, inputs, [self._areas, *met, self._deep])
-        several, edges = bodies > 1, self._crossing
-        if several:
-            edges.launch(state, self._corners, self._deep)
-            inputs = [s, edges.edges, self._areas, self._corners, self._gaps, self._deep]
+        inputs = [s, *self._fans, int(model.scene.self_contact), x, v]
+        count = len(s.nodes)
+        self._launch(self._detection.detect, count, inputs, [self._nodes_met])
+        if bodies > 1:
+            self._crossing.launch(state, self._nodes_met)
+            inputs = [s, self._crossing.edges, self._nodes_met, self._crossing.met]
             outputs = [self._ways, self._totals, self._overlaps]
-            self._launch(self._overlap.find_ways, 1, [*inputs, edges.deep], outputs)
-            edges.launch_ways(state, self._ways)
-        inputs = [s, x, self._deep, self._ways]
-        self._launch(self._overlap.leave, count, inputs, [*met, found.roughness])
-        outputs = [self._totals, self._numbers]
-        self._launch(self._thinning.compare, 1, [s, self._corners], outputs)
-        speed = float(self._model.recovery_speed)
-        met = [self._corners, self._weights, self._gaps, self._deep]
-        inputs = [s, self._totals, speed, *met, pairs.modes]
-        outputs = [pairs.nodes, pairs.weights, found.least, found.roughness]
-        self._launch(self._thinning.thin_nodes, count, inputs, outputs)
-        if several:
-            edges.launch_thinning([self._corners, self._gaps, self._deep], found, pairs)
-        outputs = [found.found, found.found_count, pairs.modes]
-        self._launch(self._thinning.list_found, 1, [pairs.nodes], outputs)
+            self._launch(self._overlap.find_ways, 1, inputs, outputs)
+            self._crossing.launch_ways(state, self._ways)
+        outputs = [self._nodes_met, self._found.friction_factor]
+        self._launch(self._overlap.leave, count, [s, x, self._ways], outputs)
+        self._launch_thinning(states)
+
+    def _launch_thinning(self, states: PairStates) -> None:
+        """Launch the choice among the candidates, and the list of the pairs chosen."""
+        s, met = self._surfaces, self._nodes_met
+        pairs = struct_of(
+            self._structs.Pairs, self._found, nodes=states.nodes, weights=states.weights
+        )
+        # of a pair of bodies, the area that lies in the other, then the spacing of the nodes
+        spacing = self._totals
+        self._launch(self._thinning.compare, 1, [s, met.corners], [spacing, self._numbers])
+        inputs = [s, float(self._model.recovery_speed), spacing, met, states.modes]
+        self._launch(self._thinning.thin_nodes, len(s.nodes), inputs, [pairs])
+        if len(self._model.scene.parts) > 1:
+            self._crossing.launch_thinning(met, states.modes, pairs)
+        self._launch(self._thinning.list_found, 1, [], [pairs, states.modes])
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
@@ -180,12 +186,12 @@ class CrossingEdges:
 
     Attributes:
         edges: of all bodies, as the kernels see them.
-        deep: (e,) int, the body that an edge leads through; -1 for none.
+        met: the struct of their candidates.
     """
 
     def __init__(self, model: Model, surfaces: Any) -> None:
         """Arrays for the edges of all bodies; none where there is one body."""
-        types, precision = model.types, model.options.precision
+        precision = model.options.precision
         self._model = model
         self._surfaces = surfaces
         self._kernels = make_pair_edges(precision)
@@ -198,36 +204,28 @@ class CrossingEdges:
         self.edges.faces = model.array(found.faces[:count], wp.vec2i)
         self.edges.opposite = model.array(found.opposite[:count], wp.vec2i)
         self.edges.of_face = model.array(found.of_face, wp.vec3i)
-        self.deep = model.zeros(count, wp.int32)
-        self._inner = model.zeros(count, types.scalar)
-        self._crossed = model.zeros(2 * count, wp.int32)
-        self._places = model.zeros(2 * count, types.vec4)
-        self._normals = model.zeros(2 * count, types.vec3)
-        self._gaps = model.zeros(2 * count, types.scalar)
-        self._met = [self._crossed, self._places, self._normals, self._gaps]
+        met = EdgeCandidates.of(count, model.allocator)
+        self.met = struct_of(make_pair_structs(precision).EdgeCandidates, met)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
         launch(kernel, dim, inputs, outputs, device)
 
-    def launch(self, state: State, corners: Any, deep: Any) -> None:
-        """Launch the search; the arguments are those of the nodes' pairs."""
-        inputs = [self._surfaces, self.edges, state.positions]
-        moving = [*inputs, state.velocities]
-        self._launch(self._kernels.cross_edges, self._count, moving, self._met)
-        outputs = [self.deep, self._inner]
-        self._launch(self._overlap.sink_edges, self._count, [*inputs, corners, deep], outputs)
+    def launch(self, state: State, nodes_met: Any) -> None:
+        """Launch the search; ``nodes_met`` is the struct of the nodes' candidates."""
+        inputs = [self._surfaces, self.edges, state.positions, state.velocities]
+        self._launch(self._kernels.cross_edges, self._count, inputs, [self.met])
+        inputs = [self._surfaces, self.edges, state.positions, nodes_met]
+        self._launch(self._overlap.sink_edges, self._count, inputs, [self.met])
 
     def launch_ways(self, state: State, ways: Any) -> None:
         """Launch what draws edges out of bodies the given ways."""
-        inputs = [self._surfaces, self.edges, state.positions, self.deep, self._inner, ways]
-        self._launch(self._overlap.draw_out, self._count, inputs, self._met)
+        inputs = [self._surfaces, self.edges, state.positions, ways]
+        self._launch(self._overlap.draw_out, self._count, inputs, [self.met])
 
-    def launch_thinning(self, nodes_met: list[Any], found: Any, pairs: PairStates) -> None:
-        """Launch the choice; ``nodes_met`` are corners, gaps and depths of the nodes' pairs."""
+    def launch_thinning(self, nodes_met: Any, modes: Any, pairs: Any) -> None:
+        """Launch the choice among the edges' candidates, into the struct ``pairs``."""
         speed = float(self._model.recovery_speed)
         first = len(self._model.body.mesh.surface_nodes)
-        inputs = [self._surfaces, self.edges, speed, *nodes_met, self.deep, *self._met]
-        outputs = [pairs.nodes, pairs.weights, found.normals, found.least, found.roughness]
-        kernel = self._thinning.thin_edges
-        self._launch(kernel, 2 * self._count, [*inputs, first, pairs.modes], outputs)
+        inputs = [self._surfaces, self.edges, speed, first, nodes_met, self.met, modes]
+        self._launch(self._thinning.thin_edges, 2 * self._count, inputs, [pairs])

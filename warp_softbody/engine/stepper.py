@@ -15,6 +15,7 @@ import warp as wp
 from warp_softbody.body.mesh_geometry import shortest_edge
 from warp_softbody.device.host_view import HostView, HostViews
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import captured
 from warp_softbody.engine.assembly import Assembly
@@ -216,6 +217,17 @@ class Stepper:
             inputs = [a.muscles.segment_points, self.fiber_points]
             self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
 
+    def _known_forces(self, control: Control) -> Any:
+        """The struct of what a step is driven by, beside contact."""
+        return struct_of(
+            self._ends.KnownForces,
+            self.model.arrays.gather,
+            impulses=self.assembly.impulses,
+            external=control.external_forces,
+            muscles=self._muscle_forces,
+            has_muscles=int(self._muscles is not None),
+        )
+
     def _launch_solve(
         self, state: State, control: Control, contacts: Contacts, renew: bool
     ) -> None:
@@ -231,18 +243,9 @@ class Stepper:
             ]
             inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
             self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
-        nodes = [a.gather.node_start, a.gather.node_corners, a.step.factors]
-        forces = [
-            self.assembly.impulses,
-            control.external_forces,
-            self._muscle_forces,
-            state.velocities,
-            state.increments,
-        ]
-        flags = [int(self._muscles is not None), int(m.options.follows_time_error)]
-        inputs = [*nodes, *flags, *forces, contacts.friction_forces]
-        outputs = [contact.right, contact.right_with_slip, contact.outer_impulses]
-        outputs += [contact.before, contact.start, contact.change]
+        inputs = [a.step.factors, int(m.options.follows_time_error), self._known_forces(control)]
+        inputs += [state.velocities, state.increments, contacts.friction_forces]
+        outputs = [contact.sides, contact.velocity_update, contact.start]
         self._launch(k.right_side, m.node_count, inputs, outputs)
         contact.launch_first(state, contacts, renew)
 
@@ -256,36 +259,33 @@ class Stepper:
         self.contact.launch_modes(state, contacts)
         for _ in range(m.options.newton_iterations - 1):
             self._launch(k.advance_state, m.node_count, inputs, ends)
-            moved = [self.contact.before, self.contact.change]
+            moved = self.contact.velocity_update
             self._launch_again(state, control, contacts, after.positions, moved)
             self.contact.launch_next(state, contacts)
             self.contact.launch_modes(state, contacts)
         self._launch(k.advance_state, m.node_count, inputs, ends)
 
         def relinearise(positions: Any, before: Any, change: Any) -> None:
-            self._launch_again(state, control, contacts, positions, [before, change])
+            moved = struct_of(k.VelocityUpdate, before=before, change=change)
+            self._launch_again(state, control, contacts, positions, moved)
 
         self.contact.launch_turning(state, contacts, after, relinearise)
         self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
         self.contact.launch_account(contacts)
 
     def _launch_again(
-        self, state: State, control: Control, contacts: Contacts, positions: Any, moved: list[Any]
+        self, state: State, control: Control, contacts: Contacts, positions: Any, moved: Any
     ) -> None:
         """Matrix and known impulses of one more Newton iteration about ``positions``.
 
-        ``moved`` are the velocities before the step and their change so far.
+        ``moved`` is the struct of the velocities before the step and their change so far.
         """
         m, a, k, contact = self.model, self.model.arrays, self._ends, self.contact
         self.assembly.launch(positions, state.velocities)
-        nodes = [a.gather.node_start, a.gather.node_corners, a.step.factors]
-        nodes += [a.step.stiffness_share]
-        rows = [a.pattern.row_start, a.pattern.column]
-        known = [self.assembly.values, self.assembly.impulses, control.external_forces]
-        inputs = [*nodes, *rows, int(self._muscles is not None), *known, self._muscle_forces]
-        inputs += [*moved, contacts.friction_forces]
-        outputs = [contact.right, contact.right_with_slip]
-        self._launch(k.newton_right_side, m.node_count, inputs, outputs)
+        inputs = [a.step.factors, a.step.stiffness_share, a.pattern.row_start, a.pattern.column]
+        inputs += [self.assembly.values, self._known_forces(control), moved]
+        inputs += [contacts.friction_forces]
+        self._launch(k.newton_right_side, m.node_count, inputs, [contact.sides])
 
     def _read_statistics(self) -> StepStatistics:
         reach, speed = self._read_extremes().tolist()

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
@@ -117,18 +118,20 @@ class TriangleGround(FrozenValue):
         features = self.features
         found: Any = wp.zeros(len(points), dtype=wp.vec4d, device="cpu")
         far = float(np.ptp(np.concatenate([self.vertices, points]), axis=0).sum())
-        inputs = [
-            self.tree.id,
-            wp.array(self.vertices, dtype=wp.vec3d, device="cpu"),
-            wp.array(self.faces, dtype=wp.vec3i, device="cpu"),
-            wp.array(features.faces, dtype=wp.vec3d, device="cpu"),
-            wp.array(features.edges, dtype=wp.vec3d, device="cpu"),
-            wp.array(features.vertices, dtype=wp.vec3d, device="cpu"),
-            wp.float64(far),
-            wp.array(np.ascontiguousarray(points), dtype=wp.vec3d, device="cpu"),
-        ]
-        kernel = make_ground_triangles("float64").measure
-        with_kernels(lambda: launch(kernel, len(points), inputs, [found], "cpu"))
+        kernels = make_ground_triangles("float64")
+        surface = struct_of(
+            kernels.TriangleSurface,
+            tree=self.tree.id,
+            vertices=wp.array(self.vertices, dtype=wp.vec3d, device="cpu"),
+            faces=wp.array(self.faces, dtype=wp.vec3i, device="cpu"),
+            face_normals=wp.array(features.faces, dtype=wp.vec3d, device="cpu"),
+            edge_normals=wp.array(features.edges, dtype=wp.vec3d, device="cpu"),
+            vertex_normals=wp.array(features.vertices, dtype=wp.vec3d, device="cpu"),
+            reach=far,
+        )
+        points = np.ascontiguousarray(points)
+        inputs = [surface, wp.array(points, dtype=wp.vec3d, device="cpu")]
+        with_kernels(lambda: launch(kernels.measure, len(points), inputs, [found], "cpu"))
         normals_and_gaps = found.numpy()
         return normals_and_gaps[:, 3].copy(), normals_and_gaps[:, :3].copy()
 
