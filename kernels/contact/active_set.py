@@ -1,16 +1,13 @@
 """Frictional contact of the surface nodes with the ground, on the step's own velocities.
 
 Signorini's condition at velocity level with a gap term and Coulomb's law, solved by a primal-dual
-active set: the modes (lift, stick, slide) fix which velocity components are given, conjugate
-gradients solve the true system for the rest, the residual at the given components is the contact
-impulse, and natural-map tests on impulse and velocity choose the modes anew (Hueeber, Stadler &
-Wohlmuth 2008). ``contact_smooth`` and ``contact_polygon`` have the friction of a sliding node, with
-the bound of the last pass.
+active set (Hueeber, Stadler & Wohlmuth 2008). In each pass the modes (lift, stick, slide) say which
+velocity components of a node are given; conjugate gradients solve the system for the others; the
+residual at the given components is the contact impulse; and tests of impulse and velocity against
+the complementarity conditions choose the modes of the next pass.
 
-Passes come in three stages (``contact_stages``): at first all is chosen at once; later friction is
-frozen until the nodes that are pressed have settled, then chosen again (a fixed point of Tresca
-problems); at last nodes are only let go, under friction that can only brake, so that a step that
-does not settle ends without impulses that pull, leave their cone or drive.
+``friction_smooth.py`` and ``friction_polygon.py`` hold the laws of friction of a sliding node,
+``stages.py`` says what the passes of a step may change, ``pass_conclusion.py`` when they end.
 """
 
 from functools import cache
@@ -36,8 +33,10 @@ SUBJECT = "contact"
 def make_contact(precision: str, directional: bool = False, directions: int = 0) -> SimpleNamespace:
     """Kernels ``impose``, ``hold_fixed`` and ``update_modes``.
 
-    With ``directional`` the friction of a node depends on the direction in which it slides; with
-    ``directions`` the cone has so many, and is smooth without.
+    Args:
+        precision: "float32" or "float64".
+        directional: whether the coefficient of friction depends on the direction of sliding.
+        directions: corners of the polygonal cone; 0 for the smooth cone.
     """
     subject = "directional_contact" if directional else SUBJECT
     if directions:
@@ -52,7 +51,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     law = make_smooth_law(precision, subject)
     if directions:
         law = make_polygon_law(precision, subject, directions)
-    freedom_of, coulomb_violation, choose = law.freedom_of, law.coulomb_violation, law.choose
+    constraint_of, coulomb_violation, choose = law.constraint_of, law.coulomb_violation, law.choose
     stages = make_stages(precision, subject)
     stage_of, braked = stages.stage_of, stages.braked
     structs = make_contact_structs(precision)
@@ -65,11 +64,11 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
 
     @func
     def along(axis: vec3, before: vec3, change: vec3):
-        # of their sum, whose rounding would be felt
-        sum = wp.float64(0.0)
+        # in double precision: in single, the rounding of the sum of both would be felt
+        total = wp.float64(0.0)
         for a in range(3):
-            sum += wp.float64(axis[a]) * (wp.float64(before[a]) + wp.float64(change[a]))
-        return scalar(sum)
+            total += wp.float64(axis[a]) * (wp.float64(before[a]) + wp.float64(change[a]))
+        return scalar(total)
 
     @kernel
     def impose(
@@ -96,7 +95,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
                 kind = VelocityConstraint.FIXED
                 change[i] = given * n - before[i]
             elif mode != Mode.LIFT:
-                kind, axis = freedom_of(mode, n)
+                kind, axis = constraint_of(mode, n)
                 axes[i] = axis
                 lacks = given - along(n, before[i], change[i])
                 if kind == VelocityConstraint.LINE:
@@ -125,7 +124,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     def constitutive_friction(mode: int, n: vec3, friction: vec3, known: vec3):
         # known: the linearised law at the velocity, which entered the solve where the node was free
         # to move; friction: the residual, which held it where it was not
-        kind, axis = freedom_of(mode, n)
+        kind, axis = constraint_of(mode, n)
         if kind == VelocityConstraint.LINE:
             return friction + wp.dot(axis, known - friction) * axis
         return known - wp.dot(n, known) * n

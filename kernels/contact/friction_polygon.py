@@ -14,19 +14,28 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LAST_PASSES, NEWTON_PASSES, Mode
+from warp_softbody.kernels.contact.modes import (
+    BEYOND,
+    LAST_PASSES,
+    MISSED,
+    NEWTON_PASSES,
+    SETTLED,
+    Mode,
+)
 from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
 
 
 def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNamespace:
-    """Functions ``freedom_of``, ``coulomb_violation`` and ``choose`` for the kernels of contact."""
+    """Functions ``constraint_of``, ``coulomb_violation``, ``choose``; ``inner_radius``."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
     Tolerances = make_contact_structs(precision).Tolerances
     newton_passes, last_passes = wp.constant(NEWTON_PASSES), wp.constant(LAST_PASSES)
+    beyond_share, nearly = wp.constant(scalar(BEYOND)), wp.constant(scalar(SETTLED))
+    missed_share = wp.constant(scalar(MISSED))
     count = wp.constant(2 * directions)
     half_turn = math.pi / directions
     step = wp.constant(scalar(half_turn))
@@ -47,8 +56,8 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
         return wp.cos(angle) * first + wp.sin(angle) * wp.cross(n, first)
 
     @func
-    def freedom_of(mode: int, n: vec3):
-        # kind of a sliding node, and the axis that goes with it
+    def constraint_of(mode: int, n: vec3):
+        # the velocity constraint of a sliding node, and the axis that goes with it
         kind = VelocityConstraint.PLANE
         axis = n
         if mode >= Mode.PLACE and (mode - Mode.PLACE) % 2 == 1:
@@ -145,7 +154,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
         place = int(-1)
         # to begin, it must exceed the cone by what would move its own block noticeably
         margin = (
-            wp.min(weight * tolerances.sliding_speed, scalar(0.01) * bound) + tolerances.impulse
+            wp.min(weight * tolerances.sliding_speed, beyond_share * bound) + tolerances.impulse
         )
         trial = friction - weight * sliding
         found, beyond, _nearest = nearest_place(trial, bound, n)
@@ -153,7 +162,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
         if mode == Mode.STICK:
             # late in a step only what the law does not allow by far begins
             if passes >= newton_passes:
-                margin += tolerances.friction_share * bound
+                margin += missed_share * bound
             if beyond > margin and passes < last_passes:
                 place = found
         elif bound <= tolerances.impulse:
@@ -162,7 +171,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
             if beyond > scalar(0.0) and wp.length(sliding) > tolerances.sliding_speed:
                 place = found
         else:
-            margin = scalar(0.01) * bound + tolerances.impulse + left
+            margin = beyond_share * bound + tolerances.impulse + left
             place = neighbour(
                 mode - Mode.PLACE,
                 n,
@@ -175,7 +184,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
             )
             if place == mode - Mode.PLACE:
                 lacks = missed(place, n, friction, bound)
-                if lacks > tolerances.friction_share * bound + tolerances.impulse + left:
+                if lacks > missed_share * bound + tolerances.impulse + left:
                     unsettled = 1
         force = vec3()
         stiffness = mat33()
@@ -189,7 +198,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
             size = wp.where(place % 2 == 1, apothem, scalar(1.0)) * bound
             speed = wp.max(-wp.dot(across, sliding), tolerances.sliding_speed)
             before = -wp.dot(across, last)
-            settled = before > scalar(0.7) * speed and speed > scalar(0.7) * before
+            settled = before > nearly * speed and speed > nearly * before
             near = missed(place, n, friction, bound) < bound and passes < last_passes
             if mode == Mode.STICK or settled or near:
                 force = size * across
@@ -198,7 +207,7 @@ def make_polygon_law(precision: str, subject: str, directions: int) -> SimpleNam
         return next_mode, unsettled, force, stiffness, made_at
 
     return SimpleNamespace(
-        freedom_of=freedom_of,
+        constraint_of=constraint_of,
         coulomb_violation=coulomb_violation,
         choose=choose,
         inner_radius=math.cos(math.pi / directions),

@@ -1,17 +1,24 @@
-"""Coulomb's law with the smooth cone.
+"""Coulomb's law on the smooth cone, for nodes on the ground.
 
-A sliding node's friction -g v_t / |v_t|, g = mu f_n from the last pass, enters as force and
-symmetric stiffness linearised at the last pass's velocity: by Newton's method (force -g d,
-stiffness g / |v_t| across d) where that velocity has nearly settled, else by Picard (stiffness
-g / |v_t| in every tangential direction), which is a descent method for given g and cannot reverse
-the sliding.
+The constitutive friction of a sliding node is -g v_t / |v_t|, with the bound g = mu f_n of the last
+pass. It enters the linear system as a force and a symmetric stiffness, linearised at the velocity
+of the last pass: by Newton's method (force -g d, stiffness g / |v_t| across the direction d) where
+that velocity has nearly settled, else by Picard's (stiffness g / |v_t| in every tangential
+direction), which is a descent method for a given g and cannot reverse the sliding.
 """
 
 from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LATE_PASSES, NEWTON_PASSES, Mode
+from warp_softbody.kernels.contact.modes import (
+    BEYOND,
+    LATE_EXCESS,
+    LATE_PASSES,
+    MISSED,
+    NEWTON_PASSES,
+    Mode,
+)
 from warp_softbody.kernels.contact.smooth_cone import make_smooth_cone
 from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
@@ -19,18 +26,24 @@ from warp_softbody.kernels.precision import real
 
 
 def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
-    """Functions ``freedom_of``, ``coulomb_violation``, ``choose``; the cone's ``inner_radius``."""
+    """Functions ``constraint_of``, ``coulomb_violation``, ``choose``; ``inner_radius``.
+
+    Every law of friction has them. ``inner_radius`` is the radius of the largest disc within the
+    cone, in parts of the bound.
+    """
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
     Tolerances = make_contact_structs(precision).Tolerances
     newton_passes, late_passes = wp.constant(NEWTON_PASSES), wp.constant(LATE_PASSES)
+    beyond, missed = wp.constant(scalar(BEYOND)), wp.constant(scalar(MISSED))
+    late_excess = wp.constant(scalar(LATE_EXCESS))
     cone = make_smooth_cone(precision, subject)
     disc_violation, linearised_friction = cone.disc_violation, cone.linearised_friction
 
     @func
-    def freedom_of(mode: int, n: vec3):
-        # kind of a sliding node, and the axis that goes with it
+    def constraint_of(mode: int, n: vec3):
+        # the velocity constraint of a sliding node, and the axis that goes with it
         return VelocityConstraint.PLANE, n
 
     @func
@@ -60,7 +73,7 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         trial = friction - weight * sliding
         size = wp.length(trial)
         # to begin, it must exceed the cone by what would move its own block noticeably
-        margin = wp.min(weight * tolerances.sliding_speed, scalar(0.01) * bound)
+        margin = wp.min(weight * tolerances.sliding_speed, beyond * bound)
         slips = size > bound + margin + tolerances.impulse
         if mode == Mode.SLIDE:
             slips = size > bound and wp.length(sliding) > tolerances.sliding_speed
@@ -68,7 +81,7 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
             slips = slips and wp.dot(last, sliding) >= scalar(0.0)
         if mode == Mode.STICK and passes >= newton_passes:
             # late in a step only what the law does not allow by far begins
-            slips = size > scalar(1.5) * bound + margin + tolerances.impulse
+            slips = size > (scalar(1.0) + late_excess) * bound + margin + tolerances.impulse
         if slips:
             next_mode = Mode.SLIDE
             if mode == Mode.STICK:
@@ -78,7 +91,7 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
             else:
                 direction = sliding / wp.max(wp.length(sliding), tolerances.sliding_speed)
                 law = friction + bound * direction
-                if wp.length(law) > tolerances.friction_share * bound + tolerances.impulse + left:
+                if wp.length(law) > missed * bound + tolerances.impulse + left:
                     unsettled = 1
                 newton = passes < newton_passes or passes >= late_passes
                 force, stiffness = linearised_friction(
@@ -88,7 +101,7 @@ def make_smooth_law(precision: str, subject: str) -> SimpleNamespace:
         return next_mode, unsettled, force, stiffness, made_at
 
     return SimpleNamespace(
-        freedom_of=freedom_of,
+        constraint_of=constraint_of,
         coulomb_violation=coulomb_violation,
         choose=choose,
         inner_radius=1.0,

@@ -1,8 +1,9 @@
-"""Modes of pairs: the rules of ``kernels/contact/active_set.py``, with scales taken from the pairs.
+"""Modes of pairs: the active set of ``active_set.py``, with scales taken from the pairs.
 
-Velocity and impulse are those of the one side relative to the other; the nodes of both bear the
-impulse by their weights. A pair's own block is that of the two sides in series. An impulse counts
-as none below a millionth of the largest of any pair.
+The velocity of a pair is that of its first side relative to the second, and its impulse acts on the
+first side; the nodes of both sides bear it by their weights. The pair's own block of the matrix is
+that of both sides in series. An impulse below a millionth of the largest of any pair counts as
+none.
 """
 
 from functools import cache

@@ -1,14 +1,17 @@
-"""Constraints on the relative velocities of two surfaces, inside conjugate gradients.
+"""Velocity constraints of pairs of surfaces, inside conjugate gradients.
 
 Row p of C takes velocities to u_p = sum_k w_k v_k over the four nodes of a pair, whose weights add
-up to zero: a node (1) and the corners of a triangle, or two ends of an edge and two of another. It
-is the velocity of the one point relative to the other. A sticking pair gives all of u_p, a sliding
-one n . u_p. With S the
-projector of the ground's modes, the velocities left free are the null space of N C S (N = 1 or n
-n^T), and ``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The small system is solved by
-conjugate gradients of its own, in one thread and in double precision: pairs are few beside nodes,
-and rows that nearly repeat each other take most of single precision's digits. Where what is asked
-of such rows may contradict, a little is added to its diagonal.
+up to zero: a node (1) and the corners of a triangle, or the two ends of an edge and those of
+another. u_p is the velocity of the one point relative to the other. For a sticking pair all of u_p
+is given, for a sliding one n . u_p.
+
+S is the projector of the ground's velocity constraints, and N = 1 or n n^T picks what is given of a
+pair. The velocities left free are the null space of N C S, and
+``P = S - S C^T N (N C S C^T N)^+ N C S`` projects onto it. The matrix in the middle is the pairs'
+Delassus matrix with unit masses. Systems with it are solved by conjugate gradients of their own, in
+one thread and in double precision: pairs are few beside nodes, and rows that nearly repeat each
+other take most of single precision's digits. Where the velocities asked of such rows may
+contradict, a little is added to its diagonal.
 
 A sliding pair's friction adds a stiffness D to the matrix: C^T D C.
 """
@@ -27,20 +30,19 @@ from warp_softbody.kernels.precision import real
 SUBJECT = "pairs"
 
 MOST_ITERATIONS = 200
-"""Of the small system; it takes a dozen."""
-
+"""Most iterations with the Delassus matrix; a dozen suffice."""
 
 ENOUGH = {"float32": 1e-8, "float64": 1e-13}
-"""Relative residual of the small system; a little less than rounding of what it projects."""
+"""Relative residual of those solves; a little less than rounding of what they project."""
 
 DAMPING = 1e-3
-"""Added to the small system's diagonal, whose entries lie between 1 and 2, where rows may
+"""Added to the diagonal of the Delassus matrix, whose entries lie between 1 and 2, where rows may
 contradict."""
 
 
 @cache
 def make_pair_rows(precision: str) -> SimpleNamespace:
-    """Kernels that project vectors of nodes, and functions for the other kernels of pairs."""
+    """Kernels that project nodal vectors, and functions for the other kernels of pairs."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)

@@ -1,9 +1,10 @@
 """Coulomb's law of a pair on the smooth cone, with scales of its own.
 
-A sliding pair's friction -g u_t / |u_t|, g = mu f_n from the last pass, enters as force and
-symmetric stiffness linearised at the last pass's velocity, as in ``contact_smooth``. What counts as
-zero is taken from the pair itself: the speed with which its own block answers a thousandth of its
-bound. So stiff and soft, large and small bodies are treated alike, with and without gravity.
+The constitutive friction of a sliding pair is -g u_t / |u_t|, with its relative velocity u and the
+bound g = mu f_n of the last pass; it is linearised as in ``friction_smooth.py``. Which speed counts
+as none is taken from the pair itself: the one with which its own block of the matrix answers a
+thousandth of the bound. So stiff and soft, large and small bodies are treated alike, with and
+without gravity.
 
 A pair that friction holds at its full bound goes on sliding, however slowly, until friction would
 reverse it. Were it stopped where the bound of this pass exceeds that of the last by a little, or
@@ -15,24 +16,17 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import LAST_PASSES, Mode
+from warp_softbody.kernels.contact.modes import (
+    BEYOND,
+    LAST_PASSES,
+    LATE_EXCESS,
+    MISSED,
+    SHRUNK,
+    SLOW,
+    Mode,
+)
 from warp_softbody.kernels.contact.smooth_cone import make_smooth_cone
 from warp_softbody.kernels.precision import real
-
-SLOW = 1e-3
-"""Part of the bound that a pair's own block answers with a speed that counts as none."""
-
-BEYOND = 1e-2
-"""Part of the bound by which friction may exceed it before a pair begins to slide."""
-
-MISSED = 5e-2
-"""Part of the bound by which the law may be missed while the sliding speed changes."""
-
-SHRUNK = 0.7
-"""Part of the bound below which friction that was linearised as a stiffness has stopped a pair."""
-
-LATE_EXCESS = 1.5
-"""Part of the bound beyond which a pair begins to slide late in a step."""
 
 
 @cache
@@ -75,7 +69,7 @@ def make_pair_friction(precision: str, subject: str) -> SimpleNamespace:
         slowest = slow_share * bound / weight + tiny
         excess = beyond * bound + left
         if passes >= last_passes:
-            excess += (late_excess - scalar(1.0)) * bound
+            excess += late_excess * bound
         slips = size > bound + excess
         if mode == Mode.SLIDE:
             turned = wp.dot(last, sliding) < scalar(0.0)

@@ -1,9 +1,14 @@
-"""Friction on the smooth cone, for nodes on the ground and for pairs alike."""
+"""The smooth cone of friction, for nodes on the ground and for pairs alike.
+
+The projection onto its disc measures how far Coulomb's law is missed; the linearisation makes the
+law part of a linear system.
+"""
 
 from types import SimpleNamespace
 
 import warp as wp
 
+from warp_softbody.kernels.contact.modes import SETTLED
 from warp_softbody.kernels.precision import real
 
 
@@ -12,6 +17,7 @@ def make_smooth_cone(precision: str, subject: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     func = types.func(subject)
+    nearly = wp.constant(scalar(SETTLED))
 
     @func
     def disc_violation(friction: vec3, trial: vec3, bound: scalar):
@@ -31,7 +37,7 @@ def make_smooth_cone(precision: str, subject: str) -> SimpleNamespace:
         direction = sliding / speed
         force = vec3()
         stiffness = (bound / speed) * (wp.identity(n=3, dtype=scalar) - wp.outer(n, n))
-        settled = wp.dot(last, direction) > scalar(0.7) * wp.max(wp.length(last), speed)
+        settled = wp.dot(last, direction) > nearly * wp.max(wp.length(last), speed)
         if settled and newton:
             force = -bound * direction
             stiffness -= (bound / speed) * wp.outer(direction, direction)

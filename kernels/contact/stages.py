@@ -1,12 +1,13 @@
 """Stages of the search for contact modes, and the ending of a step that does not settle.
 
 1. ``ALL``: every node chooses its mode anew in every pass. Most steps settle here.
-2. ``NORMALS`` and ``FRICTION`` in turn: with friction as a frozen stiffness the problem in the
+2. ``NORMALS`` and ``FRICTION`` in turn: while friction is a frozen stiffness, the problem in the
    normal directions is convex; once it has settled, friction is chosen anew for one pass. This is
    the fixed point of Tresca problems (Haslinger, Hlavacek and Necas 1996).
-3. ``LET_GO``: nodes are only let go, where they would pull, and friction only grows less. It is a
-   positive semi-definite stiffness, inside the cone at the velocity of the pass before. What this
-   ends in takes energy, whatever was left unsettled; a node may sink by the way of a step.
+3. ``LET_GO``: nodes that would pull are let go, none begins to touch, and friction only grows less.
+   It is a positive semi-definite stiffness, inside the cone at the velocity of the pass before. So
+   the step ends without an impulse that pulls, leaves its cone or drives, whatever was left
+   unsettled; a node may sink by the way of a step.
 """
 
 from enum import IntEnum
@@ -15,7 +16,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.contact.modes import NEWTON_PASSES, Mode
+from warp_softbody.kernels.contact.modes import MISSED, NEWTON_PASSES, Mode
 from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear.codes import Counter
 from warp_softbody.kernels.precision import real
@@ -60,6 +61,7 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     func = types.func(subject)
     Tolerances = make_contact_structs(precision).Tolerances
+    missed = wp.constant(scalar(MISSED))
     all_passes, let_go_passes = wp.constant(ALL_PASSES), wp.constant(LET_GO_PASSES)
 
     @func
@@ -99,7 +101,7 @@ def make_stages(precision: str, subject: str) -> SimpleNamespace:
             size = bound * weight / (wp.length(friction) - bound)
         elif not first:
             last = scalar(0.5) * wp.trace(known)
-            if size < (scalar(1.0) - tolerances.friction_share) * last:
+            if size < (scalar(1.0) - missed) * last:
                 unsettled = 1
             size = wp.min(size, last)
         across = wp.identity(n=3, dtype=scalar) - wp.outer(n, n)

@@ -25,7 +25,6 @@ def make_contact_structs(precision: str) -> SimpleNamespace:
 
         impulse: scalar
         normal_speed: scalar
-        friction_share: scalar
         sliding_speed: scalar
 
     @wp.struct

@@ -18,9 +18,6 @@ SLOWEST_SLIDING = 1e-8
 STILL = 1e-5
 """Speed, m/s, off the ground or along it, that counts as none."""
 
-FRICTION_SHARE = 5e-2
-"""Part of its bound by which the friction of a sliding node may miss Coulomb's law."""
-
 EARTH = 9.81
 """Gravity, m/s^2, with which a body of a metre moves at the speeds that tolerances are made for."""
 
@@ -32,13 +29,11 @@ class ContactTolerances:
     Attributes:
         impulse: N s.
         normal_speed: m/s, off the ground.
-        friction_share: part of its bound by which a sliding node's friction may miss Coulomb's law.
         sliding_speed: m/s, along the ground.
     """
 
     impulse: float
     normal_speed: float
-    friction_share: float
     sliding_speed: float
 
 
@@ -63,9 +58,7 @@ def contact_tolerances(
     if weight > 0.0:
         largest = _largest_block(scene.whole.mesh, masses, materials)
         speed = min(speed, max(SLOWEST_SLIDING * share, 20.0 * impulse / largest))
-    return ContactTolerances(
-        impulse=impulse, normal_speed=still, friction_share=FRICTION_SHARE, sliding_speed=speed
-    )
+    return ContactTolerances(impulse=impulse, normal_speed=still, sliding_speed=speed)
 
 
 def _largest_block(mesh: TetMesh, masses: FloatArray, materials: tuple[MaterialPart, ...]) -> float:
