@@ -178,12 +178,12 @@ def test_a_run_that_breaks_down_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -
 
     def breaks(simulation: Simulation) -> None:
         if simulation.time > 0.09:
-            raise InputError("QPCC hessian must be finite")
+            raise InputError("ContactQPCC.hessian must be finite")
         step(simulation)
 
     monkeypatch.setattr(Simulation, "step", breaks)
     outcome = run_job(jobs()[0])
-    assert outcome.status == "QPCC hessian must be finite" and not outcome.complete
+    assert outcome.status == "ContactQPCC.hessian must be finite" and not outcome.complete
     # at 1/30 s: t = 0, 1/30, 2/30 and 3/30
     assert (outcome.tets, len(outcome.path), outcome.functionals) == (30, 4, {})
 

@@ -159,7 +159,9 @@ class ContactQPCC(FrozenValue):
 
     def _check_shapes(self) -> None:
         if self.lower.ndim != 1 or self.lower.size == 0:
-            raise InputError(f"QPCC lower must hold one number per control, got {self.lower.shape}")
+            raise InputError(
+                f"ContactQPCC.lower must hold one number per control, not {self.lower.shape}"
+            )
         nu, k, m = self.control_count, self.contact_count, len(self.directions)
         expected = {
             "hessian": (nu + 3 * k, nu + 3 * k),
@@ -176,7 +178,8 @@ class ContactQPCC(FrozenValue):
             expected["squares"] = (len(self.squares), nu + 3 * k)
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
-                raise InputError(f"QPCC {name} must be {shape}, got {getattr(self, name).shape}")
+                given = getattr(self, name).shape
+                raise InputError(f"ContactQPCC.{name} must be of shape {shape}, not {given}")
 
     def _check_numbers(self) -> None:
         for entry in fields(self):
@@ -188,21 +191,25 @@ class ContactQPCC(FrozenValue):
             if entry.name in ("lower", "upper"):
                 finite = ~np.isnan(value)
             if not np.all(finite):
-                where = np.unravel_index(int(np.argmin(finite)), np.shape(value))
+                place = np.unravel_index(int(np.argmin(finite)), np.shape(value))
                 raise InputError(
-                    f"QPCC {entry.name} must be finite, got {np.asarray(value)[where]!r} "
-                    f"at {tuple(int(i) for i in where)}"
+                    f"ContactQPCC.{entry.name} must be finite, but it holds "
+                    f"{np.asarray(value)[place]} at {tuple(int(i) for i in place)}"
                 )
         crossed = np.flatnonzero(~(self.lower <= self.upper))
         if crossed.size or np.any(self.lower == np.inf) or np.any(self.upper == -np.inf):
             i = int(crossed[0]) if crossed.size else int(np.argmax(np.abs(self.lower)))
             raise InputError(
-                f"QPCC bounds of control {i} leave no value: {self.lower[i]!r} to {self.upper[i]!r}"
+                f"ContactQPCC.lower and upper of control {i} leave no value: "
+                f"{self.lower[i]} to {self.upper[i]}"
             )
 
     def _check_law(self) -> None:
         if np.any(self.friction < 0.0) or np.any(self.factors <= 0.0):
-            raise InputError("QPCC friction must not be negative and factors must be positive")
+            raise InputError(
+                "ContactQPCC.friction must not be negative and ContactQPCC.factors must be "
+                f"positive, the least are {self.friction.min()} and {self.factors.min()}"
+            )
         _check_directions(self.directions.tobytes())
         _check_symmetric("velocity_from_forces", self.velocity_from_forces, SYMMETRY_TOLERANCE)
         if self.squares.size:
@@ -215,7 +222,7 @@ class ContactQPCC(FrozenValue):
         if lapack.dpotrf(shifted)[1]:
             lowest = float(np.linalg.eigvalsh(self.hessian)[0])
             raise InputError(
-                "QPCC hessian must be positive semidefinite, "
+                "ContactQPCC.hessian must be positive semidefinite, "
                 f"its smallest eigenvalue is {lowest:.3g}"
             )
 
@@ -228,7 +235,7 @@ class ContactQPCC(FrozenValue):
         worst = max(float(rest.max()), -float(rest.min()), -float(self.diagonal.min()))
         if worst > CONVEXITY_TOLERANCE * size:
             raise InputError(
-                "QPCC hessian must be the squares and a diagonal over the controls that is not "
+                "ContactQPCC.hessian must be its squares and a diagonal of controls that is not "
                 f"negative, is off by {worst:.3g}"
             )
 
@@ -237,7 +244,7 @@ def _check_symmetric(name: str, matrix: FloatArray, tolerance: float) -> None:
     size = max(float(matrix.max(initial=0.0)), -float(matrix.min(initial=0.0)))
     # Both signs of every difference are among them.
     if float((matrix - matrix.T).max(initial=0.0)) > tolerance * size:
-        raise InputError(f"QPCC {name} must be symmetric")
+        raise InputError(f"ContactQPCC.{name} must be symmetric")
 
 
 @lru_cache(maxsize=8)
@@ -249,9 +256,9 @@ def _check_directions(stored: bytes) -> None:
     unit = np.abs(np.linalg.norm(directions, axis=1) - 1.0) < 1e-9
     if len(directions) < 3 or not np.all(unit) or np.any(turn <= 1e-9):
         raise InputError(
-            "QPCC directions must be three or more unit vectors ordered by angle, "
+            "ContactQPCC.directions must be three or more unit vectors ordered by angle, "
             "with less than half a turn between neighbours"
         )
     angles = np.arctan2(turn, np.sum(directions * following, axis=1))
     if abs(float(np.sum(angles)) - 2.0 * np.pi) > 1e-6:
-        raise InputError("QPCC directions must go round the tangent plane exactly once")
+        raise InputError("ContactQPCC.directions must go round the tangent plane exactly once")

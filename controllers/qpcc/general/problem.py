@@ -149,26 +149,29 @@ class QPCC(FrozenValue):
         expected["r0"] = (self.l0.size,)
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
-                raise InputError(f"QPCC {name} must be {shape}, got {getattr(self, name).shape}")
+                given = getattr(self, name).shape
+                raise InputError(f"QPCC.{name} must be of shape {shape}, not {given}")
 
     def _check_numbers(self) -> None:
         for name in ARRAYS:
             array = getattr(self, name)
             wrong = np.isnan(array) if name in ("lb", "ub", "h") else ~np.isfinite(array)
             if np.any(wrong):
-                where = tuple(int(i[0]) for i in np.nonzero(wrong))
-                raise InputError(f"QPCC {name} must be finite, got {array[where]!r} at {where}")
+                place = tuple(int(i[0]) for i in np.nonzero(wrong))
+                raise InputError(
+                    f"QPCC.{name} must be finite, but it holds {array[place]} at {place}"
+                )
         lower, upper = self.lb, self.ub
         if np.any(lower > upper) or np.any(lower == np.inf) or np.any(upper == -np.inf):
             i = int(np.argmax((lower > upper) | (lower == np.inf) | (upper == -np.inf)))
             raise InputError(
-                f"QPCC bounds of variable {i} leave no value: {lower[i]!r} to {upper[i]!r}"
+                f"QPCC.lb and ub of variable {i} leave no value: {lower[i]} to {upper[i]}"
             )
         if np.any(self.h == -np.inf):
-            raise InputError("QPCC h must not be -inf")
+            raise InputError("QPCC.h must not be -inf")
         size = float(np.abs(self.Q).max())
         if float(np.abs(self.Q - self.Q.T).max()) > 1e-6 * size:
-            raise InputError("QPCC Q must be symmetric")
+            raise InputError("QPCC.Q must be symmetric")
 
 
 def row_scales(rows: FloatArray, offset: FloatArray) -> FloatArray:
