@@ -73,7 +73,8 @@ def make_stopping(precision: str) -> SimpleNamespace:
         for k in range(net_partial.shape[0]):
             net += net_partial[k]
         allowed = net_square * wp.float64(count) * total_of(change_partial)
-        return wp.length_sq(net) > allowed and square > scalars[Scalar.FLOOR_SQUARE]
+        size = wp.length_sq(net)  # type: ignore[call-overload]
+        return size > allowed and square > scalars[Scalar.FLOOR_SQUARE]
 
     @kernel
     def set_target(
