@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +15,11 @@ from warp_softbody.controllers.controller import ActivationCost, Controller, Goa
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.controllers.perturbation_schedule import PerturbationSchedule
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
-from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
+from warp_softbody.controllers.qpcc.contact.problem import (
+    ContactQPCC,
+    step_problem,
+    uniform_directions,
+)
 from warp_softbody.controllers.qpcc.result import QPCCResult
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.engine.reduced_dynamics import ControlProblem, ReducedDynamics
@@ -38,8 +43,8 @@ class Decision:
         converged: whether the reduced dynamics reached their tolerance and the QPCC's point is
             usable; where it is not, the activations stay as they were.
         kicked: whether the QPCC's solve was free to look for other modes by kicks.
-        planned: the patches with the modes and forces that the plan has for them; in place of
-            nodes their numbers.
+        view: what the controller saw.
+        patches: the contacts that the plan could use.
     """
 
     rest_lengths: FloatArray
@@ -47,7 +52,16 @@ class Decision:
     result: QPCCResult
     converged: bool
     kicked: bool
-    planned: ContactSample
+    view: BodyView
+    patches: tuple[Patch, ...]
+
+    @cached_property
+    def planned(self) -> ContactSample:
+        """The patches with the modes and forces that the plan has for them.
+
+        In place of nodes stand their numbers. Only a frame that is handed out asks for it.
+        """
+        return _planned(self.view, self.patches, self.result)
 
 
 def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
@@ -94,7 +108,7 @@ def build_qpcc(
     lower, upper = activation_bounds(problem)
     resting = list(goals.resting)
     lower[resting] = upper[resting]
-    return ContactQPCC(
+    return step_problem(
         hessian=hessian,
         gradient=gradient,
         constant=constant,
@@ -173,7 +187,8 @@ class ControlSolver:
             result=result,
             converged=problem.converged and usable,
             kicked=self._method == "qpcc" and not left_out,
-            planned=_planned(view, goals.patches, result),
+            view=view,
+            patches=goals.patches,
         )
 
     def _solve(
@@ -226,9 +241,14 @@ def _rows_of(goals: Goals, view: BodyView) -> FloatArray:
             f"Goals.resting holds segment {max(goals.resting)}, but there are "
             f"{len(view.activations)} segments"
         )
-    rows = [objective.rows for objective in goals.objectives]
-    rows += [patch.rows() for patch in goals.patches]
-    every = np.concatenate([*rows, np.zeros((0, 3 * count))])
+    wanted = [objective.rows for objective in goals.objectives]
+    begin = sum(map(len, wanted))
+    every = np.empty((begin + 3 * len(goals.patches), 3 * count))
+    if wanted:
+        np.concatenate(wanted, out=every[:begin])
+    by_node = every[begin:].reshape(-1, 3, count, 3)
+    for patch, rows in zip(goals.patches, by_node, strict=True):
+        np.multiply(patch.frame[:, None, :], patch.weights[:, None], out=rows)
     _refuse_infinite(goals, every, "rows")
     return every
 
@@ -240,7 +260,7 @@ def _check_maps(goals: Goals, problem: ControlProblem) -> None:
 
 
 def _refuse_infinite(goals: Goals, by_row: FloatArray, what: str) -> None:
-    if math.isfinite(by_row.sum()):
+    if math.isfinite(np.add.reduce(by_row, axis=None)):
         return
     wrong = np.flatnonzero(~np.isfinite(by_row).all(axis=1))
     if not wrong.size:

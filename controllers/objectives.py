@@ -61,19 +61,26 @@ class Objective(Value):
                     )
                 value = np.full(len(rows), value.item())
             checks.keep(self, **{field: _sized(name, field, value)})
-        if (self.weight < 0.0).any():
+        if self.weight.size and np.minimum.reduce(self.weight) < 0.0:
             raise InputError(f"objective {name!r}: weight must not be negative")
 
 
 def _sized(name: str, field: str, values: FloatArray) -> FloatArray:
     """Numbers whose squares and sums a solver can bear."""
-    if values.size and not (-LARGEST <= values.min() and values.max() <= LARGEST):
+    flat = values.reshape(-1)
+    # told fast, for what is made in every step: no square is larger than the sum of all
+    if not np.dot(flat, flat) <= LARGEST * LARGEST:
+        _refuse_large(name, field, values)
+    return values
+
+
+def _refuse_large(name: str, field: str, values: FloatArray) -> None:
+    if not (-LARGEST <= values.min() and values.max() <= LARGEST):
         place = np.argwhere(~(np.abs(values) <= LARGEST))[0]
         raise InputError(
             f"objective {name!r}: {field} must be finite and at most {LARGEST:g} in size, "
             f"got {values[tuple(place)]} at {tuple(int(i) for i in place)}"
         )
-    return values
 
 
 def momentum_rows(view: BodyView) -> FloatArray:

@@ -8,7 +8,6 @@ them, projected on the ground.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -21,6 +20,7 @@ from warp_softbody.body.mesh_geometry import cross_rows
 from warp_softbody.controllers.patches import Group, Patch, patches_of
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
+from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.world.ground import Ground
 from warp_softbody.world.view import BodyView
 
@@ -165,7 +165,7 @@ def _patches(
         sizes.append(float(areas.sum()))
         groups.append(Group(nodes[mine], here.gaps[mine], here.normals[mine], areas / areas.sum()))
     return tuple(
-        replace(patch, area=size / total if patch.touching else 0.0, part=part)
+        unchecked_copy(patch, area=size / total if patch.touching else 0.0, part=part)
         for patch, size, part in zip(
             patches_of(view, ground, groups), sizes, chosen.tolist(), strict=True
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from warp_softbody.body.directional_friction import DIRECTIONS, factors_at
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
-from warp_softbody.inputs.records import Value
+from warp_softbody.inputs.records import Value, unchecked
 from warp_softbody.world.ground import Ground
 from warp_softbody.world.view import BodyView
 
@@ -133,16 +133,29 @@ def patches_of(view: BodyView, ground: Ground, groups: Sequence[Group]) -> tuple
     frames = [contact_frame(_mean_direction(group)) for group in groups]
     factors = _force_factors(view, groups, frames)
     return tuple(
-        Patch(
-            weights=_weights(view, group),
-            gap=float(group.gaps.mean() if group.shares is None else group.shares @ group.gaps),
-            frame=frame,
-            friction=ground.friction,
-            touching=bool(view.touching[group.nodes].any()),
-            factors=own,
-        )
+        _patch(view, ground, group, frame, own)
         for group, frame, own in zip(groups, frames, factors, strict=True)
     )
+
+
+def _patch(
+    view: BodyView, ground: Ground, group: Group, frame: FloatArray, factors: FloatArray
+) -> Patch:
+    patch = unchecked(
+        Patch,
+        weights=_weights(view, group),
+        gap=float(group.gaps.mean() if group.shares is None else group.shares @ group.gaps),
+        frame=frame,
+        friction=ground.friction,
+        touching=bool(view.touching[group.nodes].any()),
+        factors=factors,
+        area=math.nan,
+        part=None,
+        slips=False,
+    )
+    # a ground that is not ours, or a body far away
+    odd = not (math.isfinite(patch.gap) and 0.0 <= patch.friction < math.inf)
+    return replace(patch) if odd else patch
 
 
 def _weights(view: BodyView, group: Group) -> FloatArray:

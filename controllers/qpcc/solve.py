@@ -98,12 +98,10 @@ def solve_qpcc(
         options = COLD_OPTIONS if start is None else WARM_OPTIONS
     checks.instance("options of solve_qpcc", options, SolverOptions)
     seed = checks.whole("seed of solve_qpcc", seed)
-    options = replace(
-        options,
-        max_qps=options.max_qps if budget is None else budget,
-        tolerance=options.tolerance if tolerance is None else tolerance,
-        time_limit=options.time_limit if time_limit is None else time_limit,
-    )
+    given = {"max_qps": budget, "tolerance": tolerance, "time_limit": time_limit}
+    changed = {name: value for name, value in given.items() if value is not None}
+    if changed:
+        options = replace(options, **changed)  # type: ignore[arg-type]
     if isinstance(problem, QPCC):
         if fallback_controls is not None:
             raise InputError("fallback_controls belong to the contact form")

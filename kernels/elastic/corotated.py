@@ -24,12 +24,25 @@ def make_elasticity(precision: str) -> SimpleNamespace:
     """Kernels ``deform_tets``, ``stiffness_edges``, ``finish_nodes`` of a precision."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel = types.kernel(SUBJECT)
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     closest_rotation = make_rotation(precision, SUBJECT).closest_rotation
 
     tet = make_tets(precision, SUBJECT)
     deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
     isotropic_block = tet.isotropic_block
+
+    @kernel
+    def find_deformations(
+        # model
+        tets: wp.array(dtype=wp.vec4i),
+        rest_inverse: wp.array(dtype=mat33),
+        # in
+        positions: wp.array(dtype=vec3),
+        # out
+        deformations: wp.array(dtype=mat33),
+    ):
+        t = wp.tid()
+        deformations[t] = deformation(tets[t], rest_inverse[t], positions)
 
     @kernel
     def deform_tets(
@@ -39,6 +52,7 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         rest_volume: wp.array(dtype=scalar),
         lame: wp.array(dtype=scalar),
         muscular: int,
+        turned: int,
         # in
         positions: wp.array(dtype=vec3),
         # out
@@ -47,12 +61,14 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         area_rows: wp.array(dtype=mat33),
         forces: wp.array(dtype=vec3),
     ):
-        # area rows serve muscles alone
+        # area rows serve muscles alone; ``turned``: the rotations are known already
         t = wp.tid()
         corners = tets[t]
         B = rest_inverse[t]
         F = deformation(corners, B, positions)
-        R = closest_rotation(F)
+        R = rotations[t]
+        if turned == 0:
+            R = closest_rotation(F)
         Rt = wp.transpose(R)
         volume = rest_volume[t]
         rotations[t] = R
@@ -91,6 +107,35 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         values[slots[0]] = block
         values[slots[1]] = wp.transpose(block)
 
+    @func
+    def mean_turn(
+        i: int,
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        rest_volume: wp.array(dtype=scalar),
+        rotations: wp.array(dtype=mat33),
+    ):
+        # of the tets around a node, not yet a rotation
+        turn = mat33()
+        for k in range(node_start[i], node_start[i + 1]):
+            t = node_corners[k] / 4
+            turn += rest_volume[t] * rotations[t]
+        return turn
+
+    @kernel
+    def mean_turns(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        rest_volume: wp.array(dtype=scalar),
+        # in
+        rotations: wp.array(dtype=mat33),
+        # out
+        turns: wp.array(dtype=mat33),
+    ):
+        i = wp.tid()
+        turns[i] = mean_turn(i, node_start, node_corners, rest_volume, rotations)
+
     @kernel
     def finish_nodes(
         # model
@@ -125,13 +170,10 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         block = (mass[i] * step_factors[2]) * wp.identity(n=3, dtype=scalar) - others
         values[slot] = scalar(0.5) * (block + wp.transpose(block))
         force = mass[i] * gravity[0]
-        turn = mat33()
         for k in range(node_start[i], node_start[i + 1]):
-            corner = node_corners[k]
-            force += forces[corner]
-            t = corner / 4
-            turn += rest_volume[t] * rotations[t]
+            force += forces[node_corners[k]]
         if turned == 0:
+            turn = mean_turn(i, node_start, node_corners, rest_volume, rotations)
             node_rotations[i] = closest_rotation(turn)
         # what the step would do without muscles, pushes and contact: M v + dt (f_x + f_e)
         impulse = step_factors[0] * force
@@ -139,5 +181,9 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         momentum[i] = mass[i] * velocities[i] + impulse
 
     return SimpleNamespace(
-        deform_tets=deform_tets, stiffness_edges=stiffness_edges, finish_nodes=finish_nodes
+        find_deformations=find_deformations,
+        deform_tets=deform_tets,
+        stiffness_edges=stiffness_edges,
+        mean_turns=mean_turns,
+        finish_nodes=finish_nodes,
     )

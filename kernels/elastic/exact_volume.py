@@ -37,6 +37,7 @@ def make_exact_volume(precision: str) -> SimpleNamespace:
         rest_volume: wp.array(dtype=scalar),
         lame: wp.array(dtype=scalar),
         muscular: int,
+        turned: int,
         # in
         positions: wp.array(dtype=vec3),
         # out
@@ -50,7 +51,9 @@ def make_exact_volume(precision: str) -> SimpleNamespace:
         corners = tets[t]
         B = rest_inverse[t]
         F = deformation(corners, B, positions)
-        R = closest_rotation(F)
+        R = rotations[t]
+        if turned == 0:
+            R = closest_rotation(F)
         volume = rest_volume[t]
         root = wp.sqrt(volume)
         rotations[t] = R

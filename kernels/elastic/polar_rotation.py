@@ -21,12 +21,16 @@ from warp_softbody.kernels.precision import real
 
 @cache
 def make_rotation(precision: str, subject: str) -> SimpleNamespace:
-    """Function ``closest_rotation(F)`` for the kernels of a subject."""
+    """Function ``closest_rotation(F)`` for the kernels of a subject, and its limits.
+
+    Newton's method ends at a step below ``stop``; below ``unsafe`` the denominator counts as zero.
+    """
     types = real(precision)
     scalar, vec3, mat33, mat44 = types.scalar, types.vec3, types.mat33, types.mat44
     tiny = wp.constant(scalar(types.tiny))
-    stop = wp.constant(scalar(2e-7 if precision == "float32" else 1e-15))
-    unsafe = wp.constant(scalar(2e-2))
+    least_step, least_gap = 2e-7 if precision == "float32" else 1e-15, 2e-2
+    stop = wp.constant(scalar(least_step))
+    unsafe = wp.constant(scalar(least_gap))
     squarings = wp.constant(30 if precision == "float32" else 60)
     func = types.func(subject)
     cofactor = make_tets(precision, subject).cofactor
@@ -119,4 +123,4 @@ def make_rotation(precision: str, subject: str) -> SimpleNamespace:
         R = scalar(0.5) * R * (scalar(3.0) * wp.identity(n=3, dtype=scalar) - wp.transpose(R) * R)
         return newton_on_group(R, A)
 
-    return SimpleNamespace(closest_rotation=closest_rotation)
+    return SimpleNamespace(closest_rotation=closest_rotation, stop=least_step, unsafe=least_gap)

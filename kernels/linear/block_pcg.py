@@ -2,7 +2,7 @@
 
 Every right-hand side runs its own iteration with its own step lengths; they share the sweeps over
 the matrix and over the preconditioner, which is where the time goes, and each block fills one
-vector register.
+vector register. On processors ``block_lanes`` stands in for the products with the matrix.
 """
 
 from functools import cache
@@ -77,7 +77,6 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
         damped_masses: wp.array(dtype=scalar),
-        subtract: int,
         # in
         values: wp.array(dtype=mat33),
         right: wp.array2d(dtype=block),
@@ -86,26 +85,40 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         r: wp.array2d(dtype=block),
         partial: wp.array2d(dtype=block),
     ):
-        # r = right - A x and its squares; without the product, only the squares of ``right``
+        # r = right - A x and its squares
         b, c = wp.tid()
         total = block()
         for i in range(c * chunk, wp.min((c + 1) * chunk, count)):
-            r0 = block()
-            r1 = block()
-            r2 = block()
-            if subtract != 0:
-                r0, r1, r2 = product(b, i, row_start, column, damped_masses, values, x)
+            r0, r1, r2 = product(b, i, row_start, column, damped_masses, values, x)
             r0 = right[b, 3 * i] - r0
             r1 = right[b, 3 * i + 1] - r1
             r2 = right[b, 3 * i + 2] - r2
-            if subtract != 0:
-                if fixed[i] != 0:
-                    r0 = block()
-                    r1 = block()
-                    r2 = block()
-                r[b, 3 * i] = r0
-                r[b, 3 * i + 1] = r1
-                r[b, 3 * i + 2] = r2
+            if fixed[i] != 0:
+                r0 = block()
+                r1 = block()
+                r2 = block()
+            r[b, 3 * i] = r0
+            r[b, 3 * i + 1] = r1
+            r[b, 3 * i + 2] = r2
+            total += wp.cw_mul(r0, r0) + wp.cw_mul(r1, r1) + wp.cw_mul(r2, r2)
+        partial[b, c] = total
+
+    @kernel
+    def squares(
+        # model
+        chunk: int,
+        count: int,
+        # in
+        right: wp.array2d(dtype=block),
+        # out
+        partial: wp.array2d(dtype=block),
+    ):
+        b, c = wp.tid()
+        total = block()
+        for i in range(c * chunk, wp.min((c + 1) * chunk, count)):
+            r0 = right[b, 3 * i]
+            r1 = right[b, 3 * i + 1]
+            r2 = right[b, 3 * i + 2]
             total += wp.cw_mul(r0, r0) + wp.cw_mul(r1, r1) + wp.cw_mul(r2, r2)
         partial[b, c] = total
 
@@ -297,6 +310,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
 
     return SimpleNamespace(
         residual=residual,
+        squares=squares,
         set_targets=set_targets,
         begin=begin,
         add_up=add_up,

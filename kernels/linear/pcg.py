@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.linear.bsr_product import make_rows
+from warp_softbody.kernels.linear.bsr_product import make_native_rows, make_plain_rows, make_rows
 from warp_softbody.kernels.linear.codes import Scalar, VelocityConstraint
 from warp_softbody.kernels.linear.stopping import SUBJECT, make_stopping
 from warp_softbody.kernels.precision import real
@@ -39,8 +39,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             return wp.dot(axis, value) * axis
         return vec3()
 
-    rows = make_rows(precision, SUBJECT)
-    stiffness_of_row, stiffness_of_sum = rows.stiffness_of_row, rows.stiffness_of_sum
+    stiffness_of_sum = make_rows(precision, SUBJECT).stiffness_of_sum
 
     @func
     def momentum_change(
@@ -62,49 +61,6 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     def moved_square(mass: scalar, start: vec3, now: vec3):
         moved = mass * (now - start)
         return double_dot(moved, moved)
-
-    @kernel
-    def residual(
-        # model
-        chunk: int,
-        follows: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        masses: wp.array(dtype=scalar),
-        damped_masses: wp.array(dtype=scalar),
-        # in
-        values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
-        slip_stiffness: wp.array(dtype=mat33),
-        right_side: wp.array(dtype=vec3),
-        before: wp.array(dtype=vec3),
-        start: wp.array(dtype=vec3),
-        change: wp.array(dtype=vec3),
-        # out
-        r: wp.array(dtype=vec3),
-        partial: wp.array(dtype=wp.float64),
-        change_partial: wp.array(dtype=wp.float64),
-        net_partial: wp.array(dtype=wp.vec3d),
-    ):
-        c = wp.tid()
-        net = wp.vec3d()
-        total = wp.float64(0.0)
-        moved = wp.float64(0.0)
-        for i in range(c * chunk, wp.min((c + 1) * chunk, change.shape[0])):
-            value = right_side[i] - momentum_change(
-                i, row_start, column, masses, damped_masses, values, before, change
-            )
-            value -= slip_stiffness[i] * (before[i] + change[i])
-            value = project(kinds[i], axes[i], value)
-            r[i] = value
-            total += double_dot(value, value)
-            moved += moved_square(masses[i], start[i], change[i])
-            if follows != 0:
-                net += wp.vec3d(wp.float64(value[0]), wp.float64(value[1]), wp.float64(value[2]))
-        partial[c] = total
-        change_partial[c] = moved
-        net_partial[c] = net
 
     @kernel
     def filtered_product(
@@ -170,36 +126,6 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             p[i] = z[i] + beta * p[i]
 
     @kernel
-    def product(
-        # model
-        chunk: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        damped_masses: wp.array(dtype=scalar),
-        # in
-        values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
-        slip_stiffness: wp.array(dtype=mat33),
-        p: wp.array(dtype=vec3),
-        # out
-        q: wp.array(dtype=vec3),
-        partial: wp.array(dtype=wp.float64),
-        mass_partial: wp.array(dtype=wp.float64),
-    ):
-        c = wp.tid()
-        total = wp.float64(0.0)
-        inertia = wp.float64(0.0)
-        for i in range(c * chunk, wp.min((c + 1) * chunk, p.shape[0])):
-            own = damped_masses[i] * p[i]
-            stiff = stiffness_of_row(i, row_start, column, values, p) + slip_stiffness[i] * p[i]
-            q[i] = project(kinds[i], axes[i], own + stiff)
-            total += double_dot(p[i], stiff)
-            inertia += double_dot(p[i], own)
-        partial[c] = total
-        mass_partial[c] = inertia
-
-    @kernel
     def advance(
         # model
         chunk: int,
@@ -238,13 +164,104 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         net_partial[c] = net
 
     return SimpleNamespace(
-        residual=residual,
         filtered_product=filtered_product,
         add_up=add_up,
         add_up_curvature=add_up_curvature,
         direction=direction,
-        product=product,
         advance=advance,
+        moved_square=moved_square,
         momentum_change=momentum_change,
         project=project,
     )
+
+
+@cache
+def make_products(precision: str, native: bool) -> SimpleNamespace:
+    """Kernels ``residual`` and ``product``, with the rows of the matrix in native code or plain.
+
+    Both give the same results; the native ones are for processors.
+    """
+    types = real(precision)
+    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    subject = f"{SUBJECT}_rows" if native else SUBJECT
+    kernel = types.kernel(subject)
+    double_dot = make_stopping(precision).double_dot
+    iteration = make_conjugate_gradients(precision)
+    project, moved_square = iteration.project, iteration.moved_square
+    rows = make_native_rows(precision, subject) if native else make_plain_rows(precision, subject)
+    stiffness_of_row, stiffness_of_sum = rows.stiffness_of_row, rows.stiffness_of_sum
+
+    @kernel
+    def residual(
+        # model
+        chunk: int,
+        follows: int,
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        masses: wp.array(dtype=scalar),
+        damped_masses: wp.array(dtype=scalar),
+        # in
+        values: wp.array(dtype=mat33),
+        kinds: wp.array(dtype=int),
+        axes: wp.array(dtype=vec3),
+        slip_stiffness: wp.array(dtype=mat33),
+        right_side: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        start: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        # out
+        r: wp.array(dtype=vec3),
+        partial: wp.array(dtype=wp.float64),
+        change_partial: wp.array(dtype=wp.float64),
+        net_partial: wp.array(dtype=wp.vec3d),
+    ):
+        c = wp.tid()
+        net = wp.vec3d()
+        total = wp.float64(0.0)
+        moved = wp.float64(0.0)
+        for i in range(c * chunk, wp.min((c + 1) * chunk, change.shape[0])):
+            inertia = damped_masses[i] * change[i] + (damped_masses[i] - masses[i]) * before[i]
+            stiff = stiffness_of_sum(i, row_start, column, values, before, change, r)
+            value = right_side[i] - (inertia + stiff)
+            value -= slip_stiffness[i] * (before[i] + change[i])
+            value = project(kinds[i], axes[i], value)
+            r[i] = value
+            total += double_dot(value, value)
+            moved += moved_square(masses[i], start[i], change[i])
+            if follows != 0:
+                net += wp.vec3d(wp.float64(value[0]), wp.float64(value[1]), wp.float64(value[2]))
+        partial[c] = total
+        change_partial[c] = moved
+        net_partial[c] = net
+
+    @kernel
+    def product(
+        # model
+        chunk: int,
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        damped_masses: wp.array(dtype=scalar),
+        # in
+        values: wp.array(dtype=mat33),
+        kinds: wp.array(dtype=int),
+        axes: wp.array(dtype=vec3),
+        slip_stiffness: wp.array(dtype=mat33),
+        p: wp.array(dtype=vec3),
+        # out
+        q: wp.array(dtype=vec3),
+        partial: wp.array(dtype=wp.float64),
+        mass_partial: wp.array(dtype=wp.float64),
+    ):
+        c = wp.tid()
+        total = wp.float64(0.0)
+        inertia = wp.float64(0.0)
+        for i in range(c * chunk, wp.min((c + 1) * chunk, p.shape[0])):
+            own = damped_masses[i] * p[i]
+            stiff = stiffness_of_row(i, row_start, column, values, p, q) + slip_stiffness[i] * p[i]
+            q[i] = project(kinds[i], axes[i], own + stiff)
+            total += double_dot(p[i], stiff)
+            inertia += double_dot(p[i], own)
+        partial[c] = total
+        mass_partial[c] = inertia
+
+    return SimpleNamespace(residual=residual, product=product)

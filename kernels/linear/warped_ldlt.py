@@ -5,7 +5,8 @@ changes almost only by the rotations of the nodes, so the solve turns its right-
 each node's rotation since then, and its result forth: P = Q L^-T D^-1 L^-1 Q^T, symmetric and
 positive definite whatever happened since (a warped preconditioner, after Courtecuisse et al. 2010).
 Rows are kept in elimination order. One logical thread walks the elimination order of one block of
-right-hand sides; ``supernodes`` has the solve with a single one.
+right-hand sides. ``block_lanes`` has the same in native code, ``supernodes`` the solve with a
+single right-hand side.
 """
 
 from functools import cache

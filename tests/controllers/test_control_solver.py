@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,10 @@ from warp_softbody.controllers.control_solver import (
 )
 from warp_softbody.controllers.controller import ActivationCost, Goals
 from warp_softbody.controllers.patches import ground_patches
+from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 from warp_softbody.controllers.qpcc.result import QPCCStatus
 from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.engine.reduced_dynamics import Bridge
 from warp_softbody.errors import InputError
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.world.ground import Plane
@@ -173,6 +175,29 @@ def test_built_contacts_have_the_patches_friction() -> None:
     qpcc = build_qpcc(goals, problem, view.activations, DT)
     np.testing.assert_array_equal(qpcc.factors, [patch.factors for patch in patches])
     np.testing.assert_array_equal(qpcc.friction, [0.3, 0.0])
+
+
+@pytest.mark.parametrize("regions", [(), QUARTERS])
+def test_a_step_s_problem_passes_the_checks_that_it_is_spared(regions: tuple[str, ...]) -> None:
+    """It is what the constructor makes, read-only; what overflows or is no factor is named."""
+    body = moving_bar(ground=Plane())
+    view = view_of(body)
+    wanted = objectives.velocity(view, between(view), np.array([0.1, 0.2, -0.5]))
+    patches = ground_patches(view, regions)
+    goals = Goals(objectives=(wanted,), patches=patches, activation=LOOSE)
+    rows = np.concatenate([wanted.rows, *(patch.rows() for patch in patches)])
+    problem = Bridge(body.stepper, row_capacity=32).solve(rows)
+    qpcc = build_qpcc(goals, problem, view.activations, DT)
+    held = {entry.name: getattr(qpcc, entry.name) for entry in fields(ContactQPCC)}
+    assert ContactQPCC(**held) == qpcc
+    assert not any(value.flags.writeable for value in held.values() if np.ndim(value))
+    with np.errstate(all="ignore"), pytest.raises(InputError, match="finite"):
+        endless = replace(problem, muscle_map=np.full_like(problem.muscle_map, 1e200))
+        build_qpcc(goals, endless, view.activations, DT)
+    if patches:
+        none = replace(patches[0], factors=np.zeros(8))
+        with pytest.raises(InputError, match="factors must be positive"):
+            build_qpcc(replace(goals, patches=(none, *patches[1:])), problem, view.activations, DT)
 
 
 def test_decision_in_flight_is_the_bounded_least_squares_answer() -> None:

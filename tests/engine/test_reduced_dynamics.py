@@ -54,6 +54,23 @@ def some_rows(body: Rig, count: int, seed: int = 0) -> FloatArray:
     return rows
 
 
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize(("count", "fixed"), [(7, ()), (40, (0, 1, 5, 40))])
+def test_native_code_of_processors_does_what_the_plain_kernels_do(
+    count: int, fixed: tuple[int, ...], precision: Precision
+) -> None:
+    """To a few roundings; where the compiler fuses no operations, to the last bit."""
+    found = []
+    for native in (True, False):
+        body, _ = stretched(fixed, precision=precision, native_code=native)
+        problem = Bridge(body.stepper, tolerance=1e-5).solve(some_rows(body, count))
+        found.append((problem.responses, problem.free_velocity, problem.muscle_map))
+        assert problem.converged and problem.iterations > 0
+    for native, expected in zip(*found, strict=True):
+        bound = 64 * float(np.finfo(precision).eps) * np.abs(expected).max()
+        np.testing.assert_allclose(native, expected, rtol=0.0, atol=bound)
+
+
 @pytest.mark.parametrize("fixed", [(), (0, 1, 5, 40)])
 @pytest.mark.parametrize("count", [7, 16, 40])
 def test_responses_equal_a_dense_solve(fixed: Any, count: int) -> None:

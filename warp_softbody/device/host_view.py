@@ -1,4 +1,4 @@
-"""A `HostView` reads a small device array in every step, on the CPU without a copy."""
+"""A `HostView` reads and writes a small device array in every step, on the CPU without a copy."""
 
 from __future__ import annotations
 
@@ -25,6 +25,13 @@ class HostView:
         copy: npt.NDArray[Any] = self._array.numpy()
         return copy
 
+    def write(self, values: npt.NDArray[Any]) -> None:
+        """Let the array hold values of its shape, in its precision."""
+        if self._shared is not None:
+            self._shared[...] = values
+        else:
+            self._array.assign(values)
+
 
 class HostViews:
     """Views of the arrays that a caller hands in again and again, found by their identity."""
@@ -35,8 +42,15 @@ class HostViews:
 
     def read(self, array: Any) -> npt.NDArray[Any]:
         """What an array holds now; see `HostView.read`."""
+        return self._view(array).read()
+
+    def write(self, array: Any, values: npt.NDArray[Any]) -> None:
+        """Let an array hold values of its shape; see `HostView.write`."""
+        self._view(array).write(values)
+
+    def _view(self, array: Any) -> HostView:
         found = self._views.get(id(array))
         if found is None:
             # the array is kept alive, so that its identity is not used again
             found = self._views[id(array)] = (array, HostView(array))
-        return found[1].read()
+        return found[1]

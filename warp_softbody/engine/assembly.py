@@ -6,11 +6,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import warp as wp
+
 from warp_softbody.device.launching import launch
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
 from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
+from warp_softbody.kernels.elastic.rotation_lanes import GROUP, rotation_lanes_on
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
 from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent
 
@@ -47,6 +50,10 @@ class Assembly:
         self.node_rotations = model.zeros(n, types.mat33)
         self.impulses = model.zeros(n, types.vec3)
         self.momentum = model.zeros(n, types.vec3)
+        lanes = rotation_lanes_on(options.device, options.precision)
+        self._lanes = lanes if options.native_code else None
+        # of every group of matrices that are turned side by side; no two threads share one
+        self._odd = model.zeros(max(m, n) if self._lanes else 0, wp.int32)
         self._gradients = model.zeros(4 * m, types.vec3)
         self._forces = model.zeros(4 * m, types.vec3)
         self._edge_count = len(model.topology.edge_slots)
@@ -117,7 +124,14 @@ class Assembly:
 
     def _tets(self, positions: Any, first: int, last: int) -> None:
         for part, a, b in self._by_body("tets", first, last):
-            inputs = [*self._body(a, b), part.lame, self._muscular, positions]
+            if self._lanes is not None:
+                tets, rest_inverse, _ = self._body(a, b)
+                outputs = [self.rotations[a:b]]
+                kernel = self._elasticity.find_deformations
+                self._launch(kernel, a, b, [tets, rest_inverse, positions], outputs)
+                self._rotate(self.rotations, a, b)
+            turned = int(self._lanes is not None)
+            inputs = [*self._body(a, b), part.lame, self._muscular, turned, positions]
             corners = slice(4 * a, 4 * b)
             outputs = [self.rotations[a:b], self._gradients[corners], self._areas(a, b)]
             outputs.append(self._forces[corners])
@@ -126,6 +140,12 @@ class Assembly:
                 elasticity = self._exact_volume
                 outputs.append(self._volume_gradients[corners])
             self._launch(elasticity.deform_tets, a, b, inputs, outputs)
+
+    def _rotate(self, matrices: Any, a: int, b: int) -> None:
+        """Turn matrices into the rotations closest to them."""
+        if self._lanes is not None:
+            groups = -(-(b - a) // GROUP)
+            self._launch(self._lanes.rotate, 0, groups, [], [matrices[a:b], self._odd[a:b]])
 
     def _deform(self, positions: Any, a: int, b: int) -> None:
         inputs = [*self._body(a, b), self._muscular, positions]
@@ -195,10 +215,16 @@ class Assembly:
 
     def _nodes(self, velocities: Any, first: int, last: int) -> None:
         arrays = self._model.arrays
-        turned = int(self._smoothing is not None)
+        smoothed = self._smoothing is not None
+        turned = int(smoothed or self._lanes is not None)
         for part, a, b in self._by_body("nodes", first, last):
             around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
             rows = [arrays.pattern.row_start[a : b + 1], arrays.pattern.diagonal_slot[a:b]]
+            if self._lanes is not None and not smoothed:
+                inputs = [*around, arrays.mesh.rest_volume, self.rotations]
+                outputs = [self.node_rotations[a:b]]
+                self._launch(self._elasticity.mean_turns, a, b, inputs, outputs)
+                self._rotate(self.node_rotations, a, b)
             body = [arrays.masses.mass[a:b], arrays.mesh.rest_volume]
             step = [arrays.step.gravity, part.step_factors, turned]
             now = [velocities[a:b], self.rotations, self._forces]

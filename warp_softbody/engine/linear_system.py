@@ -98,6 +98,7 @@ def build_linear_system(
         elimination=levels.elimination,
         pivot_margin=_pivot_margin(scene, options),
         coarse=coarse,
+        native_code=options.native_code,
     )
 
 

@@ -170,6 +170,15 @@ class SimulationOptions:
             "whether steps are left out while all bodies are at rest and nothing acts on them",
         ),
     )
+    native_code: bool = field(
+        default=True,
+        metadata=option(
+            TruthKind(),
+            "whether kernels use native code for processors where there is some; the plain Warp "
+            "kernels, which other devices take, do the same to rounding",
+            moves=False,
+        ),
+    )
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""

@@ -21,13 +21,14 @@ from warp_softbody.device.launching import launch
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import captured
 from warp_softbody.engine.free_turn import FreeTurn
+from warp_softbody.engine.muscle_map import MuscleMap
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import Value
+from warp_softbody.kernels.linear.block_lanes import lanes_on
 from warp_softbody.kernels.linear.block_pcg import make_block_gradients
 from warp_softbody.kernels.linear.codes import BlockCounter, VelocityConstraint
-from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.kernels.precision import BLOCK
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.preconditioner import make_preconditioner
@@ -96,7 +97,10 @@ class ReducedDynamics:
         types = model.types
         self._stepper = stepper
         self._kernels = make_block_gradients(model.options.precision)
-        self._muscles = make_muscles(model.options.precision) if model.segment_count else None
+        options = model.options
+        native = lanes_on(options.device, options.precision) if options.native_code else None
+        self._products = native or self._kernels
+        self._muscle_map = MuscleMap(stepper, native) if model.segment_count else None
         self._counters = model.zeros(len(BlockCounter), wp.int32)
         self._tolerance = model.array([tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
@@ -212,11 +216,14 @@ class ReducedDynamics:
         by_node = rows.reshape(len(rows), model.node_count, 3)
         first, last = by_node[:, 0] / model.masses[0], by_node[:, -1] / model.masses[-1]
         # most rows are told apart by two nodes
-        size = np.abs(first).max(axis=1, keepdims=True)
-        likely = np.flatnonzero(((np.abs(last - first) <= 1e-9 * size) & (size > 0.0)).all(axis=1))
-        direction = by_node[likely].sum(axis=1) / model.masses.sum()
-        miss = np.abs(by_node[likely] / model.masses[:, None] - direction[:, None])
-        sure = miss.max(axis=(1, 2)) <= 1e-9 * np.abs(direction).max(axis=1)
+        size = np.maximum.reduce(np.abs(first), axis=1)
+        apart = np.maximum.reduce(np.abs(last - first), axis=1)
+        likely = np.flatnonzero((apart <= 1e-9 * size) & (size > 0.0))
+        taken = by_node[likely]
+        direction = taken.sum(axis=1) / model.masses.sum()
+        miss = np.abs(taken / model.masses[:, None] - direction[:, None])
+        most = np.maximum.reduce(miss.reshape(len(likely), rows.shape[1]), axis=1)
+        sure = most <= 1e-9 * np.maximum.reduce(np.abs(direction), axis=1)
         moved = np.zeros(len(rows), dtype=bool)
         moved[likely[sure]] = True
         damping = model.scene.character.material.mass_damping
@@ -227,7 +234,7 @@ class ReducedDynamics:
         model = self._stepper.model
         if len(rows) != self._last_rows:
             self._use(len(rows))
-        self._work["j"].assign(self._to_blocks(rows))
+        self._views.write(self._work["j"], self._to_blocks(rows))
         renew = self._preconditioner.stale
         key = (renew, len(self._work["j"]))
         if key not in self._graphs:
@@ -241,11 +248,11 @@ class ReducedDynamics:
 
     def _to_blocks(self, rows: FloatArray) -> npt.NDArray[np.floating]:
         dtype = np.dtype(self._stepper.model.options.precision)
-        count = len(self._work["j"])
-        padded = np.zeros((count * BLOCK, rows.shape[1]), dtype=dtype)
-        padded[: len(rows)] = rows
-        blocks = padded.reshape(count, BLOCK, -1)
-        return np.ascontiguousarray(blocks.transpose(0, 2, 1))
+        blocks = np.zeros((len(self._work["j"]), rows.shape[1], BLOCK), dtype=dtype)
+        for begin, block in zip(range(0, len(rows), BLOCK), blocks, strict=False):
+            part = rows[begin : begin + BLOCK]
+            block[:, : len(part)] = part.T
+        return blocks
 
     @staticmethod
     def _from_blocks(blocks: npt.NDArray[np.floating], count: int) -> FloatArray:
@@ -268,9 +275,10 @@ class ReducedDynamics:
         matrix = self._stepper.assembly.values
         chunks = (blocks, model.system.chunk_count)
         residual = [w["j"], w["x"]]
-        self._run(k.residual, chunks, [*size, *rows, 0, matrix, *residual], [w["r"], w["rr"]])
+        products = self._products
+        self._run(k.squares, chunks, [*size, w["j"]], [w["rr"]])
         self._run(k.set_targets, blocks, [self._tolerance, w["rr"]], [w["target"]])
-        self._run(k.residual, chunks, [*size, *rows, 1, matrix, *residual], [w["r"], w["rr"]])
+        self._run(products.residual, chunks, [*size, *rows, matrix, *residual], [w["r"], w["rr"]])
         ends = [w["old product"], self._counters]
         self._run(k.begin, 1, [w["rr"], w["target"]], ends)
 
@@ -280,7 +288,8 @@ class ReducedDynamics:
             self._run(k.add_up, blocks, [w["rz"]], [w["product"]])
             inputs = [*size, w["product"], w["old product"], w["z"]]
             self._run(k.direction, chunks, inputs, [w["p"]])
-            self._run(k.curvature, chunks, [*size, *rows, matrix, w["p"]], [w["q"], w["pq"]])
+            inputs = [*size, *rows, matrix, w["p"]]
+            self._run(products.curvature, chunks, inputs, [w["q"], w["pq"]])
             self._run(k.add_up, blocks, [w["pq"]], [w["curvature"]])
             inputs = [*size, w["product"], w["curvature"], w["p"], w["q"]]
             self._run(k.advance, chunks, inputs, [w["x"], w["r"], w["rr"]])
@@ -292,20 +301,8 @@ class ReducedDynamics:
         )
         inputs = [model.node_count, w["x"], self._stepper.assembly.momentum]
         self._run(k.free_response, blocks, inputs, [w["response"]])
-        if self._muscles is not None:
-            now = [self._stepper.assembly.rotations, self._stepper.assembly.area_rows, w["x"]]
-            shape = (blocks, model.tet_count)
-            self._run(self._muscles.tet_response, shape, [a.mesh.tets, *now], [w["stretch"]])
-            segments = [
-                a.muscles.segment_start,
-                a.muscles.segment_tet,
-                a.muscles.segment_weight,
-                a.muscles.directions,
-            ]
-            factors = [a.muscles.stiffness, a.step.factors]
-            shape = (blocks, model.segment_count)
-            inputs = [*segments, *factors, w["stretch"]]
-            self._run(self._muscles.muscle_response, shape, inputs, [w["maps"]])
+        if self._muscle_map is not None:
+            self._muscle_map.launch(w["x"], w["stretch"], w["maps"])
 
 
 Bridge = ReducedDynamics

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+
+Kind = TypeVar("Kind")
 
 SHORT = 6
 """Items of a tuple beyond which only their number is shown."""
@@ -41,6 +43,23 @@ class Value:
         """The fields in a few words each."""
         parts = (f"{name}={brief(getattr(self, name))}" for name in _field_names(type(self)))
         return f"{type(self).__name__}({', '.join(parts)})"
+
+
+def unchecked(kind: type[Kind], **values: Any) -> Kind:
+    """A record of a frozen dataclass without the checks of its constructor.
+
+    For what a step makes again and again out of values that were checked before or that it made
+    itself. All fields have to be given.
+    """
+    record = object.__new__(kind)
+    record.__dict__.update(values)
+    return record
+
+
+def unchecked_copy(record: Kind, **values: Any) -> Kind:
+    """A record like another, with some fields changed, and without checks."""
+    held = {name: getattr(record, name) for name in _field_names(type(record))}
+    return unchecked(type(record), **(held | values))
 
 
 class FrozenValue(Value):

@@ -11,6 +11,7 @@ import warp as wp
 
 from warp_softbody.device.allocator import constant_integers
 from warp_softbody.device.launching import launch
+from warp_softbody.kernels.linear.block_lanes import lanes_on
 from warp_softbody.kernels.linear.ldlt_factor import make_factorisation
 from warp_softbody.kernels.linear.supernodes import make_supernodes
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
@@ -38,13 +39,20 @@ class BlockFactor:
     """Factorises a matrix of 3 x 3 blocks and solves with the factor; launches are capturable."""
 
     def __init__(
-        self, elimination: Elimination, types: Real, device: str, margin: float = 0.0
+        self,
+        elimination: Elimination,
+        types: Real,
+        device: str,
+        margin: float = 0.0,
+        *,
+        native_code: bool = True,
     ) -> None:
         """Arrays for the factor, not yet computed; ``margin``: part of a pivot added to it."""
         self._margin = margin
         self._device = device
         self._count = len(elimination.order)
-        self._kernels = make_cholesky(types.name)
+        lanes = lanes_on(device, types.name) if native_code else None
+        self._blocks = lanes or make_cholesky(types.name)
         self._factorisation = make_factorisation(types.name)
         entries = len(elimination.column)
         self.lower = wp.zeros(entries, dtype=types.mat33, device=device)
@@ -117,4 +125,4 @@ class BlockFactor:
         structure = [self._count, self._order, self._row_start, self._column]
         inputs = [*structure, self.lower, self.pivot_inverse, turns, residual]
         blocks = residual.shape[0]
-        self._launch(self._kernels.precondition_block, blocks, inputs, [work, result])
+        self._launch(self._blocks.precondition_block, blocks, inputs, [work, result])

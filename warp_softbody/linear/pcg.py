@@ -8,7 +8,7 @@ import warp as wp
 
 from warp_softbody.device.launching import launch
 from warp_softbody.kernels.linear.codes import Counter, Scalar
-from warp_softbody.kernels.linear.pcg import make_conjugate_gradients
+from warp_softbody.kernels.linear.pcg import make_conjugate_gradients, make_products
 from warp_softbody.kernels.linear.stopping import make_stopping
 from warp_softbody.linear.preconditioner import Preconditioner
 from warp_softbody.linear.system import LinearSystem
@@ -47,6 +47,8 @@ class ConjugateGradients:
         self._values = values
         self._preconditioner = preconditioner
         self._kernels = make_conjugate_gradients(types.name)
+        native = system.native_code and bool(wp.get_device(system.device).is_cpu)
+        self._products = make_products(types.name, native)
         self._stopping = make_stopping(types.name)
         self._vectors = {name: system.zeros(n, types.vec3) for name in "rzpq"}
         self._sums = {
@@ -80,7 +82,7 @@ class ConjugateGradients:
         inputs = [chunk, self._follows, *rows, masses.mass, masses.damped_mass]
         inputs += [*surroundings, right_side, self.before, self.start, change]
         outputs = [self._vectors["r"], s["rr"], s["change"], self._net]
-        self._launch(self._kernels.residual, inputs, outputs)
+        self._launch(self._products.residual, inputs, outputs)
         return self._vectors["r"]
 
     def _operator(self, slip_stiffness: Any) -> tuple[list[Any], list[Any]]:
@@ -123,7 +125,7 @@ class ConjugateGradients:
             self._launch(k.add_up, [int(Scalar.NEW_PRODUCT), s["rz"]], [self.scalars], dim=1)
             self._launch(k.direction, [system.chunk, self.scalars, v["z"]], [v["p"]])
             inputs = [*rows, system.masses.damped_mass, *surroundings, v["p"]]
-            self._launch(k.product, inputs, [v["q"], s["pq"], s["pp"]])
+            self._launch(self._products.product, inputs, [v["q"], s["pq"], s["pp"]])
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
             self._launch(k.add_up_curvature, [s["pq"], s["pp"]], [self.scalars], dim=1)

@@ -72,7 +72,11 @@ class WarpedFactor:
         self._excess = float("inf")
         self._kernels = make_cholesky(types.name)
         self.factor = BlockFactor(
-            system.elimination, types, system.device, margin=system.pivot_margin
+            system.elimination,
+            types,
+            system.device,
+            margin=system.pivot_margin,
+            native_code=system.native_code,
         )
         self._factor_rotations = system.zeros(n, types.mat33)
         self._turns = system.zeros(n, types.mat33)
@@ -139,7 +143,11 @@ class TwoLevel:
         self._freedom: Freedom | None = None
         self._block_arrays: dict[int, tuple[Any, Any, Any]] = {}
         self._factor = BlockFactor(
-            system.elimination, types, system.device, margin=system.pivot_margin
+            system.elimination,
+            types,
+            system.device,
+            margin=system.pivot_margin,
+            native_code=system.native_code,
         )
         free = Freedom(
             system.zeros(size, wp.int32),

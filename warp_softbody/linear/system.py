@@ -120,6 +120,7 @@ class LinearSystem:
         elimination: of the matrix that is factorised, the coarse one where there is a coarse level.
         pivot_margin: part of a pivot that is added to it.
         coarse: the coarse level; None where the whole matrix is factorised.
+        native_code: whether kernels use native code for processors where there is some.
     """
 
     allocator: Allocator
@@ -132,6 +133,7 @@ class LinearSystem:
     elimination: Elimination
     pivot_margin: float
     coarse: CoarseLevel | None
+    native_code: bool
 
     @property
     def types(self) -> Real:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warp_softbody.device.host_view import HostViews
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import Control
 
@@ -14,6 +15,10 @@ class Pushes:
     def __init__(self, model: Model) -> None:
         """Of the scene of a model; none acts yet."""
         self._model = model
+        pushes = model.scene.pushes
+        times = [(push.start, push.start + push.duration) for push in pushes]
+        self._times = np.array(times, dtype=float).reshape(-1, 2).T
+        self._views = HostViews()
         self._acting = False
 
     def apply(self, control: Control, time: float) -> bool:
@@ -22,15 +27,17 @@ class Pushes:
         Forces are left alone while nothing pushes, so that a user may set them.
         """
         scene, dt = self._model.scene, self._model.options.time_step
-        shares = [push.share(time, time + dt) for push in scene.pushes]
-        if not any(shares) and not self._acting:
+        begins, ends = self._times
+        near = np.flatnonzero((begins < time + dt) & (ends > time)).tolist()
+        shares = [(scene.pushes[i], scene.pushes[i].share(time, time + dt)) for i in near]
+        acting = [(push, share) for push, share in shares if share > 0.0]
+        if not acting and not self._acting:
             return False
         forces = np.zeros((self._model.node_count, 3))
-        acting = [(p, share) for p, share in zip(scene.pushes, shares, strict=True) if share > 0.0]
         for push, share in acting:
             nodes = scene.whole.region(push.region)
             masses = self._model.masses[nodes]
             forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
-        control.external_forces.assign(forces)
-        self._acting = any(shares)
+        self._views.write(control.external_forces, forces)
+        self._acting = bool(acting)
         return self._acting

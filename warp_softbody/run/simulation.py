@@ -12,6 +12,7 @@ import numpy as np
 from warp_softbody.controllers.control_options import ControlOptions, Method
 from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
+from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.engine.model import build_model
 from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
@@ -114,10 +115,10 @@ class Simulation:
             )
             self._control_solver = ControlSolver(controller, dynamics, control)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
-        self._planned = ContactSample()
         self._decision: Decision | None = None
         self._snapshots = Snapshots(self.model)
         self._pushes = Pushes(self.model)
+        self._views = HostViews()
         self._observers: list[StepObserver] = []
         share = self.model.speed_share
         self._sleep = Sleep(step, allowed=options.sleep, speed_share=share)
@@ -341,7 +342,7 @@ class Simulation:
 
     def _decide(self, wanted: tuple[BodyView, Goals] | None) -> None:
         """Set the muscles of the step whose matrix is assembled."""
-        lengths, planned = SLACK * self.model.muscles.rest_lengths, ContactSample()
+        lengths = SLACK * self.model.muscles.rest_lengths
         if wanted is not None and self._control_solver is not None:
             try:
                 decision = self._control_solver.decide(*wanted)
@@ -350,7 +351,7 @@ class Simulation:
                     f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
                 ) from error
             self._decision = decision
-            lengths, planned = decision.rest_lengths, decision.planned
+            lengths = decision.rest_lengths
             if not np.isfinite(lengths).all():
                 raise NotFiniteError(
                     f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
@@ -358,12 +359,13 @@ class Simulation:
                     step=self._steps,
                     time=self.time,
                 )
-        self._rest_lengths, self._planned = lengths, planned
-        self.control.rest_lengths.assign(lengths)
+        self._rest_lengths = lengths
+        self._views.write(self.control.rest_lengths, lengths)
 
     @shares_warp
     def _handed_out(self) -> Frame:
-        now = (self._state, self.contacts, self._rest_lengths, self._planned)
+        planned = ContactSample() if self._decision is None else self._decision.planned
+        now = (self._state, self.contacts, self._rest_lengths, planned)
         frame = self._snapshots.frame(self._frames, self.time, *now)
         self._gauge.measure(self._state)
         self._frames += 1

@@ -25,7 +25,7 @@ from scipy.linalg import lapack
 from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
-from warp_softbody.inputs.records import FrozenValue
+from warp_softbody.inputs.records import FrozenValue, unchecked
 
 SYMMETRY_TOLERANCE = 1e-3
 """Relative asymmetry of ``velocity_from_forces`` up to which it may be rounding (1e-4 of it in
@@ -238,6 +238,32 @@ class ContactQPCC(FrozenValue):
                 "ContactQPCC.hessian must be its squares and a diagonal of controls that is not "
                 f"negative, is off by {worst:.3g}"
             )
+
+
+def step_problem(
+    *,
+    constant: float,
+    friction: FloatArray,
+    factors: FloatArray,
+    directions: FloatArray,
+    **arrays: FloatArray,
+) -> ContactQPCC:
+    """The problem that a step has made out of checked goals, its squares known.
+
+    Shapes, symmetry and convexity hold by the way it was made. What is not so, because numbers have
+    overflowed or factors are no factors, goes through the constructor, which names it.
+    """
+    whole = sum(float(np.add.reduce(array, axis=None)) for array in arrays.values())
+    positive = not factors.size or np.minimum.reduce(factors, axis=None) > 0.0
+    if not (positive and arrays["squares"].size and math.isfinite(whole + constant)):
+        held = {"friction": friction, "factors": factors, "directions": directions}
+        return ContactQPCC(constant=constant, **held, **arrays)
+    held = arrays | {"friction": friction, "directions": directions}
+    held["factors"] = factors.reshape(len(friction), len(directions))
+    held = {name: np.ascontiguousarray(array) for name, array in held.items()}
+    for array in held.values():
+        array.setflags(write=False)
+    return unchecked(ContactQPCC, constant=constant, **held)
 
 
 def _check_symmetric(name: str, matrix: FloatArray, tolerance: float) -> None:

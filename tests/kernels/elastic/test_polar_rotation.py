@@ -13,6 +13,7 @@ from tests.verification.reference import polar_rotations
 from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.options import Precision
 from warp_softbody.kernels.elastic.corotated import make_elasticity
+from warp_softbody.kernels.elastic.rotation_lanes import GROUP, make_rotation_lanes
 from warp_softbody.kernels.precision import real
 
 PRECISIONS: tuple[Precision, ...] = ("float32", "float64")
@@ -50,12 +51,23 @@ def kernel_rotations(F: FloatArray, precision: Precision) -> FloatArray:
             wp.array(np.ones(count), dtype=types.scalar, device="cpu"),
             wp.array([1.0, 1.0], dtype=types.scalar, device="cpu"),
             0,  # no muscles
+            0,  # rotations are to be found
             wp.array(positions.reshape(-1, 3), dtype=types.vec3, device="cpu"),
         ],
         outputs=out,
         device="cpu",
     )
     return np.asarray(out[0].numpy(), dtype=np.float64)
+
+
+def rotations_side_by_side(F: FloatArray, precision: Precision) -> FloatArray:
+    """The same by the native code of processors, sixteen at a time."""
+    matrices: Any = wp.array(F, dtype=real(precision).mat33, device="cpu")
+    groups = -(-len(F) // GROUP)
+    odd = wp.zeros(groups, dtype=int, device="cpu")
+    rotate = make_rotation_lanes(precision).rotate
+    wp.launch(rotate, dim=groups, inputs=[matrices], outputs=[odd], device="cpu")
+    return np.asarray(matrices.numpy(), dtype=np.float64)
 
 
 def hard_cases() -> dict[str, FloatArray]:
@@ -146,3 +158,14 @@ def test_rotation_of_a_rotation_is_itself(precision: Precision) -> None:
     R = orthogonal(500, 9)
     R *= np.sign(np.linalg.det(R))[:, None, None]
     np.testing.assert_allclose(kernel_rotations(R, precision), R, atol=8 * epsilon(precision))
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("kind", hard_cases())
+def test_native_code_of_processors_finds_the_plain_kernel_s_rotations(
+    kind: str, precision: Precision
+) -> None:
+    """To a few roundings, and to the last bit where compilers fuse no operations of their own."""
+    F = np.concatenate([hard_cases()[kind], 1e-3 * random(5), np.zeros((2, 3, 3))])
+    found, expected = rotations_side_by_side(F, precision), kernel_rotations(F, precision)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=16 * epsilon(precision))

@@ -1,0 +1,72 @@
+"""Rows of the matrix in native code against the plain kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tests.support.bodies import epsilon
+from warp_softbody.engine.options import Precision
+from warp_softbody.kernels.linear.pcg import make_products
+from warp_softbody.kernels.precision import real
+
+NODES, AROUND = 13, 5
+
+
+class System:
+    """Random rows of five blocks, nodes of every kind, and some vectors."""
+
+    def __init__(self, precision: Precision) -> None:
+        """The same numbers in either precision."""
+        self._types = real(precision)
+        self._random = np.random.default_rng(3)
+        rng = self._random
+        starts, columns = AROUND * np.arange(NODES + 1), rng.integers(0, NODES, AROUND * NODES)
+        self.rows = [self.array(starts, int), self.array(columns, int)]
+        masses = self.array(rng.uniform(1.0, 2.0, NODES), self._types.scalar)
+        self.damped = self.array(rng.uniform(2.0, 3.0, NODES), self._types.scalar)
+        self.masses = [masses, self.damped]
+        axes = self.vectors().numpy()
+        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        kinds = self.array(np.arange(NODES) % 4, int)
+        surroundings = [kinds, self.array(axes, self._types.vec3), self.blocks(NODES)]
+        self.operator = [self.blocks(AROUND * NODES), *surroundings]
+
+    def array(self, values: Any, dtype: Any) -> Any:
+        """A device array."""
+        return wp.array(values, dtype=dtype, device="cpu")
+
+    def vectors(self) -> Any:
+        """A vector a node."""
+        return self.array(self._random.standard_normal((NODES, 3)), self._types.vec3)
+
+    def blocks(self, count: int) -> Any:
+        """Blocks of 3 x 3."""
+        return self.array(self._random.standard_normal((count, 3, 3)), self._types.mat33)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("name", ["product", "residual"])
+def test_native_rows_give_what_the_plain_ones_give(name: str, precision: Precision) -> None:
+    """To a few roundings; where the compiler fuses no operations of its own, to the last bit."""
+    system, chunk = System(precision), 4
+    inputs = [chunk, *system.rows, system.damped, *system.operator, system.vectors()]
+    if name == "residual":
+        vectors = [system.vectors() for _ in range(4)]
+        inputs = [chunk, 1, *system.rows, *system.masses, *system.operator, *vectors]
+    chunks = -(-NODES // chunk)
+    sums = [wp.float64] * 2 + ([wp.vec3d] if name == "residual" else [])
+    found = []
+    for native in (True, False):
+        vector = wp.zeros(NODES, dtype=real(precision).vec3, device="cpu")
+        out: list[Any] = [vector, *(wp.zeros(chunks, dtype=d, device="cpu") for d in sums)]
+        kernel = getattr(make_products(precision, native), name)
+        wp.launch(kernel, dim=chunks, inputs=inputs, outputs=out, device="cpu")
+        found.append([array.numpy() for array in out])
+    for mine, expected in zip(*found, strict=True):
+        bound = 64 * epsilon(precision) * np.abs(expected).max()
+        np.testing.assert_allclose(mine, expected, rtol=0.0, atol=bound)
+        assert np.abs(expected).max() > 0.1

@@ -1,0 +1,52 @@
+"""How muscles change the responses of the reduced dynamics: one step's map from rest lengths to rows of J."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from warp_softbody.device.launching import launch
+from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.engine.stepper import Stepper
+from warp_softbody.kernels.linear.block_lanes import SHARES
+from warp_softbody.kernels.muscles import make_muscles
+
+
+class MuscleMap:
+    """Launches W^T dt A for blocks of responses W, at the state last assembled by a stepper."""
+
+    def __init__(self, stepper: Stepper, lanes: SimpleNamespace | None) -> None:
+        """The map of a body with muscles; ``lanes`` are the kernels for processors, if any."""
+        self._stepper = stepper
+        self._lanes = lanes
+        self._kernels = make_muscles(stepper.model.options.precision)
+        if lanes is not None:
+            a, model = stepper.model.arrays.muscles, stepper.model
+            pairs = [a.pair_segment, a.pair_weight, a.directions]
+            count = len(a.pair_segment)
+            self._shares = model.zeros((max(1, count), SHARES), model.types.scalar)
+            with_kernels(lambda: self._run(lanes.share_directions, count, pairs, [self._shares]))
+
+    def launch(self, responses: Any, stretch: Any, maps: Any) -> None:
+        """Launch the map of ``responses`` (blocks, 3n).
+
+        It is written to ``maps`` (blocks, s), by way of the ``stretch`` of tets (blocks, 6m).
+        """
+        model, now = self._stepper.model, self._stepper.assembly
+        a, blocks = model.arrays.muscles, len(responses)
+        factors = [a.stiffness, model.arrays.step.factors]
+        tet_response = (self._lanes or self._kernels).tet_response
+        inputs = [model.arrays.mesh.tets, now.rotations, now.area_rows, responses]
+        self._run(tet_response, (blocks, model.tet_count), inputs, [stretch])
+        if self._lanes is not None:
+            pairs = [a.pair_start, a.pair_segment, self._shares]
+            inputs = [*pairs, *factors, stretch]
+            self._run(self._lanes.muscle_response_by_tets, blocks, inputs, [maps])
+            return
+        segments = [a.segment_start, a.segment_tet, a.segment_weight, a.directions]
+        shape = (blocks, model.segment_count)
+        self._run(self._kernels.muscle_response, shape, [*segments, *factors, stretch], [maps])
+
+    def _run(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
+        device = self._stepper.model.options.device
+        launch(kernel, dim, inputs, outputs, device)
