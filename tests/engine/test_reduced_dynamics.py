@@ -63,7 +63,7 @@ def test_native_code_of_processors_does_what_the_plain_kernels_do(
     found = []
     for native in (True, False):
         body, _ = stretched(fixed, precision=precision, native_code=native)
-        problem = Bridge(body.stepper, tolerance=1e-5).solve(some_rows(body, count))
+        problem = ReducedDynamics(body.stepper, tolerance=1e-5).solve(some_rows(body, count))
         found.append((problem.responses, problem.free_velocity, problem.muscle_map))
         assert problem.converged and problem.iterations > 0
     for native, expected in zip(*found, strict=True):

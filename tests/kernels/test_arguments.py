@@ -76,7 +76,7 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
     rig(box(), tangent="exact", newton_iterations=2, time_step=0.01).step()
     plain = rig(muscular_bar(), native_code=False, time_step=0.01)
     plain.step()
-    Bridge(plain.stepper).solve(np.ones((1, 3 * plain.model.node_count)))
+    ReducedDynamics(plain.stepper).solve(np.ones((1, 3 * plain.model.node_count)))
     large = rig(muscular_bar(), preconditioner="two_level", time_step=0.01)
     large.step()
     ReducedDynamics(large.stepper).solve(np.ones((1, 3 * large.model.node_count)))

@@ -1,4 +1,4 @@
-"""How muscles change the responses of the reduced dynamics: one step's map from rest lengths to rows of J."""
+"""One step's map from rest lengths of muscles to rows of J: dt W^T A of the reduced dynamics."""
 
 from __future__ import annotations
 
