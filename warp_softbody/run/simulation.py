@@ -54,6 +54,7 @@ class Simulation:
         model: what is simulated.
         fps: frames per simulated second.
         name: of the scene, in what is told of the run.
+        control_options: of the control solver; the engine's are the model's.
         stepper: takes the steps.
         control: what acts in the next step, written over by pushes and by the controller.
         contacts: as the last step left them.
@@ -93,6 +94,7 @@ class Simulation:
             tolerance = options.solver_tolerance
         options = replace(options, tolerance=tolerance)
         self.model = build_model(scene, options)
+        self.control_options = control
         self.fps = float(fps)
         self.name = name
         self.stepper = Stepper(self.model)
@@ -100,20 +102,7 @@ class Simulation:
         self._after = State.at_rest(self.model)
         self.control = Control.slack(self.model)
         self.contacts = Contacts.none(self.model)
-        self._control_solver = None
-        if controller is not None and not self.model.segment_count:
-            warnings.warn(
-                f"{name!r} has no muscles, so its controller is never asked",
-                # the caller of the decorated constructor
-                stacklevel=3,
-            )
-        if controller is not None and self.model.segment_count:
-            dynamics = ReducedDynamics(
-                self.stepper,
-                tolerance=control.response_tolerance,
-                max_iterations=control.max_response_iterations,
-            )
-            self._control_solver = ControlSolver(controller, dynamics, control)
+        self._control_solver = None if controller is None else self._solver_for(controller)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
         self._decision: Decision | None = None
         self._snapshots = Snapshots(self.model)
@@ -131,6 +120,23 @@ class Simulation:
         self._gauge = ShapeGauge(self.model)
         self._status = "complete"
         self._setup = time.perf_counter() - begun
+
+    def _solver_for(self, controller: Controller) -> ControlSolver | None:
+        """What finds the activations that serve a controller; None without muscles."""
+        if not self.model.segment_count:
+            warnings.warn(
+                f"{self.name!r} has no muscles, so its controller is never asked",
+                # the caller of the decorated constructor
+                stacklevel=4,
+            )
+            return None
+        options = self.control_options
+        dynamics = ReducedDynamics(
+            self.stepper,
+            tolerance=options.response_tolerance,
+            max_iterations=options.max_response_iterations,
+        )
+        return ControlSolver(controller, dynamics, options)
 
     @property
     def time(self) -> float:
