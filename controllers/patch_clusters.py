@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.arrays import FloatArray
+from warp_softbody.arrays import FloatArray, cross_rows
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.body.mesh_geometry import cross_rows
 from warp_softbody.controllers.patches import Group, Patch, patches_of
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.mesh_geometry import lumped_masses, tet_volumes
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.inputs.records import Value
-from warp_softbody.stage_exports.conventions import IntArray
 from warp_softbody.stage_exports.usd.reader import Take
 from warp_softbody.world.ground import Ground
 
@@ -83,7 +83,7 @@ def measure(take: Take) -> Measures:
     solid = rest_volumes > 0.0
     # Frame by frame: the corners of all tets of a long take at once would fill the memory.
     volumes = np.stack([tet_volumes(points, take.tets) for points in take.tet_points])
-    masses = _lumped(rest_volumes, take.tets, len(take.rest))
+    masses = lumped_masses(take.tets, rest_volumes, len(take.rest))
     return Measures(
         times=take.times,
         penetration=_penetration(take.tet_points, take.ground),
@@ -96,19 +96,6 @@ def measure(take: Take) -> Measures:
         & _finite(take.velocities)
         & np.isfinite(take.activations).all(axis=1),
     )
-
-
-def tet_volumes(points: FloatArray, tets: IntArray) -> FloatArray:
-    """(m,) signed volumes of tets over points (n, 3)."""
-    origin, first, second, third = (points[tets[:, corner]] for corner in range(4))
-    normal = np.cross(first - origin, second - origin)
-    return np.asarray(np.einsum("ij,ij->i", normal, third - origin) / 6.0)
-
-
-def _lumped(volumes: FloatArray, tets: IntArray, nodes: int) -> FloatArray:
-    """A quarter of each tet's rest volume on each of its nodes: mass but for the density."""
-    quarters = np.repeat(volumes / 4.0, 4)
-    return np.bincount(tets.reshape(-1), weights=quarters, minlength=nodes).astype(np.float64)
 
 
 def _finite(series: FloatArray) -> npt.NDArray[np.bool_]:

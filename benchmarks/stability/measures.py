@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_softbody import Character
+from warp_softbody.accuracy.runs.peers.corotation import rest_gradients
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.mesh_geometry import lumped_masses
 
 ROUNDINGS = 4
 """Roundings between a node's position and a tet's strain: position, edge, gradient, rotation."""
@@ -59,14 +61,12 @@ class StateProbe:
     ) -> None:
         """Rest gradients and masses."""
         mesh, material = character.mesh, character.material
-        corners = mesh.points[mesh.tets]
-        system = np.concatenate([np.ones((*corners.shape[:2], 1)), corners], axis=2)
-        self._gradients = np.linalg.inv(system)[:, 1:].transpose(0, 2, 1)
+        self._gradients = rest_gradients(mesh)
         self._mesh, self._gravity = mesh, np.array(gravity)
         self._free = np.setdiff1d(np.arange(len(mesh.points)), character.fixed)
         self._mu, self._lambda = material.lame_mu, material.lame_lambda
-        shares = np.repeat(material.density * mesh.volumes / 4.0, 4)
-        self.masses: FloatArray = np.asarray(np.bincount(mesh.tets.ravel(), shares), np.float64)
+        nodes = len(mesh.points)
+        self.masses = lumped_masses(mesh.tets, mesh.volumes, nodes, material.density)
 
     def volumes(self, positions: FloatArray) -> FloatArray:
         """Signed volume of each tet over its rest volume, (m,)."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from warp_softbody import characters
 from warp_softbody.body.character import Character
+from warp_softbody.body.mesh_geometry import inverse_edges
 from warp_softbody.body.muscles import FiberKind
 
 
@@ -84,7 +85,7 @@ def test_muscles(letter: Character) -> None:
 
 def test_fibers_lie_inside(letter: Character) -> None:
     corners = letter.mesh.points[letter.mesh.tets]
-    frames = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    frames = inverse_edges(letter.mesh.points, letter.mesh.tets)
     for vertex in np.concatenate([fiber.vertices for fiber in letter.fibers]):
         weights = np.einsum("tij,tj->ti", frames, vertex - corners[:, 0])
         smallest = np.minimum(weights.min(axis=1), 1.0 - weights.sum(axis=1))

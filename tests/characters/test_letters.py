@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from warp_softbody import characters
 from warp_softbody.body.character import Character
+from warp_softbody.body.mesh_geometry import inverse_edges
 from warp_softbody.characters import store
 from warp_softbody.characters.recipe import AXES
 from warp_softbody.errors import InputError
@@ -84,7 +85,7 @@ def mirror_images(points: NDArray[np.float64], axis: int) -> NDArray[np.int64]:
 
 def test_fibers_lie_inside(letter: Character) -> None:
     corners = letter.mesh.points[letter.mesh.tets]
-    frames = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    frames = inverse_edges(letter.mesh.points, letter.mesh.tets)
     for fiber in letter.fibers:
         # Segments are checked at their ends and three points between.
         place = np.linspace(0.0, fiber.segment_count, 4 * fiber.segment_count + 1)

@@ -10,8 +10,8 @@ import pytest
 from tests.support.bodies import box, crumpled, muscular_bar
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
+from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers import objectives
-from warp_softbody.engine.model import lumped_masses
 from warp_softbody.errors import InputError
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
@@ -31,7 +31,7 @@ def make_view(
         scene=Scene(character=character, ground=ground),
         time=0.0,
         time_step=DT,
-        masses=lumped_masses(mesh.points, mesh.tets, mesh.volumes, 1000.0),
+        masses=lumped_masses(mesh.tets, mesh.volumes, len(mesh.points), 1000.0),
         positions=positions,
         velocities=np.random.default_rng(seed).standard_normal(positions.shape),
         touching=np.zeros(len(positions), dtype=bool),

@@ -16,6 +16,7 @@ from warp_softbody import Material, Plane, Push, Scene, Simulation, SimulationOp
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.mesh_geometry import inverse_edges
 from warp_softbody.errors import InputError
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.joined_bodies import Body, placed
@@ -42,7 +43,7 @@ def smallest_tet(mesh: TetMesh, points: FloatArray) -> float:
 def depth(points: FloatArray, mesh: TetMesh, other: FloatArray) -> float:
     """Largest distance of points inside a body to its surface, along its triangles' normals, m."""
     corners = other[mesh.tets]
-    inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    inverse = inverse_edges(other, mesh.tets)
     inner = np.einsum("tij,ptj->pti", inverse, points[:, None] - corners[:, 0])
     least = np.minimum(inner.min(axis=2), 1.0 - inner.sum(axis=2))
     a, b, c = (other[mesh.surface[:, k]] for k in range(3))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.point_location import locate
 from warp_softbody.errors import InputError, MeshWarning
 
 IntArray = npt.NDArray[np.int32]
@@ -45,17 +46,13 @@ def embed(mesh: TetMesh, points: FloatArray, names: Sequence[str]) -> Embedding:
     Raises:
         InputError: a point lies further outside than `JUST_OUTSIDE`.
     """
-    corners = mesh.points[mesh.tets]
-    inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    location = locate(mesh.points, mesh.tets, points)
     diagonal = float(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
     shape = (len(points), 4)
     result = Embedding(points.copy(), np.zeros(shape, np.int32), np.zeros(shape))
     moved: dict[int, float] = {}
     for index, point in enumerate(points):
-        inner = np.einsum("tij,tj->ti", inverse, point - corners[:, 0])
-        all_weights = np.concatenate([1.0 - inner.sum(axis=1, keepdims=True), inner], axis=1)
-        best = int(np.argmax(all_weights.min(axis=1)))
-        weights, nodes = all_weights[best], mesh.tets[best]
+        weights, nodes = location.weights[index], mesh.tets[location.tets[index]]
         if weights.min() < -SLACK:
             triangle, on_it = nearest_on_triangles(mesh.points[mesh.surface], point)
             nodes = np.append(mesh.surface[triangle], mesh.surface[triangle, 0]).astype(np.int32)

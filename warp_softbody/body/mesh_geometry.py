@@ -18,21 +18,25 @@ IntArray = npt.NDArray[np.int32]
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
-def cross_rows(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross products (k, 3) of rows; a third of the time of NumPy's for a few hundred."""
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
-    result = np.empty(a.shape)
-    result[:, 0] = ay * bz - az * by
-    result[:, 1] = az * bx - ax * bz
-    result[:, 2] = ax * by - ay * bx
-    return result
-
-
 def tet_volumes(points: FloatArray, tets: IntArray) -> FloatArray:
     """Signed volumes (m,), m^3: (b - a) x (c - a) . (d - a) / 6."""
     a, b, c, d = (points[tets[:, corner]] for corner in range(4))
     volumes: FloatArray = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
     return volumes
+
+
+def lumped_masses(
+    tets: npt.NDArray[np.integer], volumes: FloatArray, nodes: int, density: float = 1.0
+) -> FloatArray:
+    """Masses (nodes,), kg: a quarter of each tet's, of volumes (m,), at each of its corners."""
+    shares = np.repeat(density * volumes / 4.0, 4)
+    return np.bincount(tets.ravel(), shares, nodes).astype(np.float64)
+
+
+def inverse_edges(points: FloatArray, tets: IntArray) -> FloatArray:
+    """Inverses (m, 3, 3), 1/m, of the matrices whose columns are the edges from corner 0."""
+    corners = points[tets]
+    return np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
 
 
 def shortest_edge(points: FloatArray, tets: IntArray) -> float:

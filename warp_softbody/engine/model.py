@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
+from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.device.allocator import Allocator, DeviceArray
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import check_device
@@ -29,15 +30,6 @@ from warp_softbody.world.scene import Scene
 
 RECOVERY_SPEED = 0.5
 """Speed, m/s, at which a sunken node of a body of a metre is pushed out."""
-
-
-def lumped_masses(
-    points: FloatArray, tets: npt.NDArray[np.int32], volumes: FloatArray, density: float
-) -> FloatArray:
-    """Nodal masses (n,) kg: a quarter of each tet's mass to each corner."""
-    masses = np.zeros(len(points))
-    np.add.at(masses, tets.ravel(), np.repeat(density * volumes / 4.0, 4))
-    return masses
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -183,4 +175,4 @@ def _refuse_mixtures(scene: Scene, options: SimulationOptions) -> None:
 
 def _masses(character: Character) -> FloatArray:
     mesh = character.mesh
-    return lumped_masses(mesh.points, mesh.tets, mesh.volumes, character.material.density)
+    return lumped_masses(mesh.tets, mesh.volumes, len(mesh.points), character.material.density)

@@ -14,6 +14,7 @@ import warp as wp
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.mesh_geometry import inverse_edges
 from warp_softbody.device.allocator import Allocator, DeviceArray
 from warp_softbody.engine.contact_tolerances import ContactTolerances, contact_tolerances
 from warp_softbody.engine.material_parts import MaterialPart
@@ -42,8 +43,7 @@ class MeshArrays:
     @staticmethod
     def of(mesh: TetMesh, make: Allocator) -> MeshArrays:
         """A mesh on the device."""
-        corners = mesh.points[mesh.tets]
-        inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+        inverse = inverse_edges(mesh.points, mesh.tets)
         return MeshArrays(
             tets=make.indices(mesh.tets, wp.vec4i),
             rest_inverse=make.array(inverse, make.types.mat33),

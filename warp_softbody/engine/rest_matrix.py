@@ -6,13 +6,13 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.mesh_geometry import inverse_edges
 from warp_softbody.linear.block_sparsity import Topology
 
 
 def rest_gradients(mesh: TetMesh) -> FloatArray:
     """Rest gradients of the shape functions, (m, 4, 3) 1/m."""
-    corners = mesh.points[mesh.tets]
-    inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    inverse = inverse_edges(mesh.points, mesh.tets)
     return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
 
 

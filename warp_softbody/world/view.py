@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.arrays import FloatArray
-from warp_softbody.body.mesh_geometry import cross_rows
+from warp_softbody.arrays import FloatArray, cross_rows
 from warp_softbody.inputs.records import Value
 from warp_softbody.world.scene import Scene
 

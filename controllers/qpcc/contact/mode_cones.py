@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from warp_softbody.arrays import BoolArray, FloatArray
+from warp_softbody.arrays import BoolArray, FloatArray, cross_rows
 
 FIRST_SLIDE = 2
 """Number of the first sliding mode; lift and stick come before it."""
@@ -42,7 +42,7 @@ def frictional_cones(radius: FloatArray, directions: bytes) -> ModeCones:
     np.multiply(radius[:, :, None], plane, out=corners[:, :, 1:])
     following = (np.arange(m) + 1) % m
     others = corners[:, following]
-    rays, normals = _unit(corners), _cross(corners, others)
+    rays, normals = _unit(corners), cross_rows(corners, others)
     slide, edge = slice(FIRST_SLIDE, FIRST_SLIDE + m), slice(FIRST_SLIDE + m, None)
     cones.force_basis[:, slide, :, 0] = cones.force_basis[:, edge, :, 0] = corners
     cones.force_basis[:, edge, :, 1] = others
@@ -51,8 +51,8 @@ def frictional_cones(radius: FloatArray, directions: bytes) -> ModeCones:
     cones.equalities[:, slide, 0, 1:3] = plane * rays[:, :, :1]
     cones.equalities[:, edge, 0, :3] = _unit(normals)
     # The share of either corner in a force between the two, zero at the other corner.
-    cones.inequalities[:, edge, 0, :3] = _unit(_cross(others, normals))
-    cones.inequalities[:, edge, 1, :3] = _unit(_cross(normals, corners))
+    cones.inequalities[:, edge, 0, :3] = _unit(cross_rows(others, normals))
+    cones.inequalities[:, edge, 1, :3] = _unit(cross_rows(normals, corners))
     cones.rays[:, 1, :m, :3] = cones.rays[:, slide, 0, :3] = cones.rays[:, edge, 0, :3] = rays
     cones.rays[:, edge, 1, :3] = rays[:, following]
     _fill_facets(cones, corners)
@@ -117,7 +117,7 @@ def _fill_facets(cones: ModeCones, corners: FloatArray) -> None:
     ends = np.array([pair for pairs in facets for pair in pairs])
     owner = np.repeat(np.arange(len(facets)), [len(pairs) for pairs in facets])
     place = np.concatenate([np.arange(len(pairs)) for pairs in facets])
-    normals = _unit(_cross(corners[owner, ends[:, 0]], corners[owner, ends[:, 1]]))
+    normals = _unit(cross_rows(corners[owner, ends[:, 0]], corners[owner, ends[:, 1]]))
     normals *= np.sign(normals[:, :1])
     cones.inequalities[owner, 1, place, :3] = normals
     cones.inequality_used[owner, 1, place] = True
@@ -146,15 +146,6 @@ def _hull(points: list[list[float]]) -> list[tuple[int, int]]:
 def _plane_rays() -> FloatArray:
     axes = np.eye(3)
     return np.stack([axes[1], axes[2], -axes[1], -axes[2]])
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross products of rows of three; ``np.cross`` takes longer for so few."""
-    product = np.empty(a.shape)
-    for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.multiply(a[..., y], b[..., z], out=product[..., x])
-        product[..., x] -= a[..., z] * b[..., y]
-    return product
 
 
 def _square(vectors: FloatArray) -> FloatArray:

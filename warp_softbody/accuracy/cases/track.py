@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.point_location import locate
 from warp_softbody.world.scene import Scene
-
-IntArray = npt.NDArray[np.int32]
 
 MOST_POINTS = 200
 NEAREST = 64
+"""Tets that are tried for each point."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,27 +60,13 @@ class MaterialPointTracker:
         """Find the tet of every place; ``places`` are of each body, at rest."""
         nodes, weights = [], []
         for body, part, points in zip(scene.characters, scene.parts, places, strict=True):
-            tets, shares = _located(body.mesh.points, body.mesh.tets, points)
-            nodes.append(tets + part.nodes.start)
-            weights.append(shares)
+            mesh = body.mesh
+            location = locate(mesh.points, mesh.tets, points, nearest=NEAREST)
+            nodes.append(mesh.tets[location.tets] + part.nodes.start)
+            weights.append(location.weights)
         self._nodes = np.concatenate(nodes)
         self._weights = np.concatenate(weights)
 
     def __call__(self, positions: FloatArray) -> FloatArray:
         """Places (k, 3) m of the points for the positions of all nodes."""
         return np.asarray(np.einsum("kc,kca->ka", self._weights, positions[self._nodes]))
-
-
-def _located(points: FloatArray, tets: IntArray, places: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Corners (k, 4) of the tets that hold the places, and the corners' weights (k, 4)."""
-    centers = points[tets].mean(axis=1)
-    count = min(NEAREST, len(tets))
-    _, near = cKDTree(centers).query(places, k=count)
-    near = near.reshape(len(places), count)
-    corners = points[tets[near]]
-    sides = np.moveaxis(corners[:, :, 1:] - corners[:, :, :1], -1, -2)
-    inner = np.linalg.solve(sides, (places[:, None] - corners[:, :, 0])[..., None])[..., 0]
-    weights = np.concatenate([1.0 - inner.sum(axis=-1, keepdims=True), inner], axis=-1)
-    best = weights.min(axis=-1).argmax(axis=1)
-    rows = np.arange(len(places))
-    return tets[near[rows, best]], weights[rows, best]

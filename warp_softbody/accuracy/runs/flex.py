@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
@@ -52,8 +53,8 @@ class FlexOnFloor:
     def _lump_masses(self, scene: Scene) -> None:
         """Give each vertex a quarter of its tets' mass; MuJoCo shares the mass out evenly."""
         model, body = self._model, scene.character
-        shares = np.repeat(body.material.density * body.mesh.volumes / 4.0, 4)
-        masses = np.bincount(body.mesh.tets.ravel(), shares)
+        mesh, density = body.mesh, body.material.density
+        masses = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points), density)
         bodies = model.flex_vertbodyid
         model.body_inertia[bodies] *= (masses / model.body_mass[bodies])[:, None]
         model.body_mass[bodies] = masses

@@ -18,6 +18,7 @@ from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.peers import missing_peer
 from warp_softbody.accuracy.runs.peers.beam import Cantilever
 from warp_softbody.accuracy.runs.recording import Recording
+from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.errors import MissingExtraError
 from warp_softbody.world.scene import Scene
 
@@ -93,7 +94,5 @@ def _mask(scene: Scene, nodes: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
 
 
 def _masses(scene: Scene) -> npt.NDArray[np.float64]:
-    """A quarter of each tet's mass on each of its nodes."""
-    mesh = scene.character.mesh
-    shares = np.repeat(scene.character.material.density * mesh.volumes / 4.0, 4)
-    return np.bincount(mesh.tets.ravel(), shares).astype(np.float64)
+    mesh, density = scene.character.mesh, scene.character.material.density
+    return lumped_masses(mesh.tets, mesh.volumes, len(mesh.points), density)

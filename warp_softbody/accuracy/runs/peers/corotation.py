@@ -17,6 +17,7 @@ from warp_softbody.accuracy.runs.peers.beam import GRAVITY, MATERIAL, Cantilever
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.mesh_geometry import lumped_masses
 
 
 class CorotationalSystem:
@@ -26,10 +27,10 @@ class CorotationalSystem:
         """Rest stiffness and index arrays; ``upper`` keeps only the upper triangle of A."""
         mesh = beam.mesh
         self._mesh, self._time_step = mesh, time_step
-        self.gradients = _rest_gradients(mesh)
+        self.gradients = rest_gradients(mesh)
         self._stiffness = _rest_stiffness(mesh, MATERIAL, self.gradients)
-        shares = np.repeat(MATERIAL.density * mesh.volumes / 4.0, 4)
-        self.masses = np.bincount(mesh.tets.ravel(), shares)
+        nodes = len(mesh.points)
+        self.masses = lumped_masses(mesh.tets, mesh.volumes, nodes, MATERIAL.density)
         self.free = np.flatnonzero(~np.repeat(beam.fixed, 3))
         self._build_pattern(upper)
 
@@ -88,7 +89,7 @@ class CorotationalSystem:
         return float(np.linalg.norm(right - left) / np.linalg.norm(right))
 
 
-def _rest_gradients(mesh: TetMesh) -> FloatArray:
+def rest_gradients(mesh: TetMesh) -> FloatArray:
     """Gradients (m, 4, 3) of the shape functions, from N_a(X_b) = delta_ab."""
     corners = mesh.points[mesh.tets]
     system = np.concatenate([np.ones((*corners.shape[:2], 1)), corners], axis=2)

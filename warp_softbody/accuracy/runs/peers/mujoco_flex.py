@@ -15,6 +15,7 @@ import numpy as np
 
 from warp_softbody.accuracy.runs.peers.beam import GRAVITY, MATERIAL, Cantilever, StepReport
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.mesh_geometry import lumped_masses
 
 REACHED = re.compile(r"relative residual of ([0-9.]+(?:e[+-]?[0-9]+)?)")
 HEIGHT = 2.0
@@ -41,8 +42,8 @@ class MujocoBeam:
     def _lump_masses(self, beam: Cantilever) -> None:
         """Give each vertex a quarter of its tets' mass; MuJoCo shares the mass out evenly."""
         mesh, model = beam.mesh, self._model
-        shares = np.repeat(MATERIAL.density * mesh.volumes / 4.0, 4)
-        masses = np.bincount(mesh.tets.ravel(), shares)[~beam.fixed]
+        masses = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points), MATERIAL.density)
+        masses = masses[~beam.fixed]
         bodies = model.flex_vertbodyid[~beam.fixed]
         model.body_inertia[bodies] *= (masses / model.body_mass[bodies])[:, None]
         model.body_mass[bodies] = masses
