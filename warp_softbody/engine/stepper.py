@@ -33,6 +33,10 @@ Part = Literal["assembly", "solve", "contact"]
 PARTS: tuple[Part, ...] = get_args(Part)
 """What a step launches, in this order; the control decides between the first and the second."""
 
+WHOLE: tuple[tuple[Part, ...], ...] = (PARTS,)
+SINGLE: tuple[tuple[Part, ...], ...] = tuple((part,) for part in PARTS)
+"""The parts that make a graph each: all of them together, or one by one."""
+
 
 def _mark(clock: StepClock | None, part: str) -> None:
     if clock is not None:
@@ -128,7 +132,7 @@ class Stepper:
         if clock is not None:
             checks.instance("clock of Stepper.step", clock, StepClock)
         whole = decide is None and clock is None and self._workers is None
-        for parts in (PARTS,) if whole else tuple((part,) for part in PARTS):
+        for parts in WHOLE if whole else SINGLE:
             if "assembly" in parts:
                 self._begin(state)
             if "solve" in parts:
@@ -166,13 +170,12 @@ class Stepper:
             return
         renew = self._renewed and "solve" in parts
 
-        launches: dict[Part, Callable[[], None]] = {
-            "assembly": lambda: self._launch_assembly(state),
-            "solve": lambda: self._launch_solve(state, control, contacts, renew),
-            "contact": lambda: self._launch_contact(state, control, contacts, after),
-        }
-
         def launch_parts() -> None:
+            launches: dict[Part, Callable[[], None]] = {
+                "assembly": lambda: self._launch_assembly(state),
+                "solve": lambda: self._launch_solve(state, control, contacts, renew),
+                "contact": lambda: self._launch_contact(state, control, contacts, after),
+            }
             for part in parts:
                 launches[part]()
 

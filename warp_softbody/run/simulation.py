@@ -218,22 +218,28 @@ class Simulation:
             clock=clock,
         )
         self._refuse_nonsense(statistics)
-        record = StepRecord(
-            index=self._steps,
-            time=self.time,
-            statistics=statistics,
-            decision=self._decision,
-            before=self._state,
-            state=self._after,
-            control=self.control,
-            contacts=self.contacts,
-        )
+        begun = self.time
         self._state, self._after = self._after, self._state
-        self._account.note(statistics, self.time)
+        self._account.note(statistics, begun)
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
         clock.mark("contact")
         self._note(statistics, clock)
+        if self._observers:
+            self._show(statistics, begun)
+
+    def _show(self, statistics: StepStatistics, begun: float) -> None:
+        """Hand the record of the last step, which began at a time, s, to those who observe."""
+        record = StepRecord(
+            index=self._steps - 1,
+            time=begun,
+            statistics=statistics,
+            decision=self._decision,
+            before=self._after,
+            state=self._state,
+            control=self.control,
+            contacts=self.contacts,
+        )
         for observer in self._observers:
             observer(record)
 
