@@ -114,6 +114,34 @@ BACKWARD = """
 """
 
 
+@wp.struct
+class PanelStructure:
+    """Where the blocks of a factor of n columns in s runs stand, as `linear.supernodes` has it.
+
+    Attributes:
+        count, runs: n and s.
+        order: (n,) node of each column.
+        row_start, column: CSR of the blocks of L.
+        first: (s + 1,) first column of each run, and the end.
+        inner_start: (n,) first block of each row that lies within its run.
+        below_start, below: CSR of the rows below each run.
+        panel_start: (s + 1,) first register by columns of each run, and the end.
+        targets: component that each lane of a register by columns is of; 3 n for none.
+    """
+
+    count: int
+    runs: int
+    order: wp.array(dtype=int)
+    row_start: wp.array(dtype=int)
+    column: wp.array(dtype=int)
+    first: wp.array(dtype=int)
+    inner_start: wp.array(dtype=int)
+    below_start: wp.array(dtype=int)
+    below: wp.array(dtype=int)
+    panel_start: wp.array(dtype=int)
+    targets: wp.array(dtype=int)
+
+
 @cache
 def make_supernodes(precision: str) -> SimpleNamespace:
     """Kernels ``pack`` and ``precondition``."""
@@ -193,17 +221,7 @@ def make_supernodes(precision: str) -> SimpleNamespace:
     @kernel
     def precondition(
         # model
-        count: int,
-        runs: int,
-        order: wp.array(dtype=int),
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        first: wp.array(dtype=int),
-        inner_start: wp.array(dtype=int),
-        below_start: wp.array(dtype=int),
-        below: wp.array(dtype=int),
-        panel_start: wp.array(dtype=int),
-        targets: wp.array(dtype=int),
+        at: PanelStructure,
         # in
         lower: wp.array(dtype=mat33),
         by_column: wp.array(dtype=block),
@@ -217,12 +235,12 @@ def make_supernodes(precision: str) -> SimpleNamespace:
     ):
         # fmt: off
         forward(
-            count, runs, order, row_start, column, first, inner_start, panel_start, targets,
-            lower, by_column, turns, residual, work,
+            at.count, at.runs, at.order, at.row_start, at.column, at.first, at.inner_start,
+            at.panel_start, at.targets, lower, by_column, turns, residual, work,
         )
         backward(
-            count, runs, order, row_start, column, first, inner_start, below_start, below,
-            lower, by_row, pivot_inverse, turns, work, result,
+            at.count, at.runs, at.order, at.row_start, at.column, at.first, at.inner_start,
+            at.below_start, at.below, lower, by_row, pivot_inverse, turns, work, result,
         )
         # fmt: on
 

@@ -26,7 +26,6 @@ TOO_MANY = {
     "find_spins",
     "finish_nodes",
     "leave_frames",
-    "precondition",
     "residual",
 }
 

@@ -13,7 +13,7 @@ from warp_softbody.device.allocator import constant_integers
 from warp_softbody.device.launching import launch
 from warp_softbody.kernels.linear.block_lanes import lanes_on
 from warp_softbody.kernels.linear.ldlt_factor import make_factorisation
-from warp_softbody.kernels.linear.supernodes import make_supernodes
+from warp_softbody.kernels.linear.supernodes import PanelStructure, make_supernodes
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
 from warp_softbody.kernels.precision import Real
 from warp_softbody.linear.supernodes import build_supernodes
@@ -63,7 +63,6 @@ class BlockFactor:
         self._pivots = wp.zeros(self._count, dtype=types.mat33, device=device)
         self._panels = make_supernodes(types.name)
         runs = build_supernodes(elimination)
-        self._runs = len(runs.panel_start) - 1
         registers = (runs.panel_start[-1], 3 * len(runs.below))
         self._by_column, self._by_row = (
             wp.zeros(max(1, int(count)), dtype=types.block, device=device) for count in registers
@@ -83,14 +82,15 @@ class BlockFactor:
         self._diagonal_slot = integers(elimination.diagonal_slot)
         self._update_start = integers(elimination.update_start)
         self._update_pairs = integers(elimination.update_pairs, wp.vec2i)
-        self._first = integers(runs.first)
-        self._inner_start = integers(runs.inner_start)
-        self._below_start = integers(runs.below_start)
-        self._below = integers(runs.below)
         self._below_slot = integers(runs.below_slot)
         self._owner = integers(runs.owner)
-        self._panel_start = integers(runs.panel_start)
-        self._targets = integers(runs.targets)
+        at: Any = PanelStructure()
+        at.count, at.runs = self._count, len(runs.panel_start) - 1
+        at.order, at.row_start, at.column = self._order, self._row_start, self._column
+        at.first, at.inner_start = integers(runs.first), integers(runs.inner_start)
+        at.below_start, at.below = integers(runs.below_start), integers(runs.below)
+        at.panel_start, at.targets = integers(runs.panel_start), integers(runs.targets)
+        self._structure = at
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, dim, inputs, outputs, self._device)
@@ -107,17 +107,15 @@ class BlockFactor:
         updates = [self._row_start, self._column, self._update_start, self._update_pairs]
         outputs = [self._upper, self._turned, self.lower, self.pivot_inverse]
         self._launch(k.factorise, 1, [self._count, *updates, self._pivots], outputs)
-        places = [self._first, self._below_start, self._below_slot, self._owner, self._panel_start]
+        at = self._structure
+        places = [at.first, at.below_start, self._below_slot, self._owner, at.panel_start]
         panels = [self._by_column, self._by_row]
         self._launch(self._panels.pack, len(self._owner), [*places, self.lower], panels)
 
     def solve(self, turns: Any, residual: Any, result: Any) -> None:
         """Launch result = Q (L D L^T)^-1 Q^T residual, vectors (count,) vec3, Q the turns."""
-        structure = [self._count, self._runs, self._order, self._row_start, self._column]
-        structure += [self._first, self._inner_start, self._below_start, self._below]
-        structure += [self._panel_start, self._targets]
         factor = [self.lower, self._by_column, self._by_row, self.pivot_inverse]
-        inputs = [*structure, *factor, turns, residual]
+        inputs = [self._structure, *factor, turns, residual]
         self._launch(self._panels.precondition, 1, inputs, [self._work, result])
 
     def solve_block(self, turns: Any, residual: Any, work: Any, result: Any) -> None:
