@@ -1,38 +1,35 @@
-"""Search the gains of a scene by seeded random draws, the later ones around the best so far.
+"""Search the gains of a scene by CMA-ES around the shipped ones.
 
     python -m benchmarks.gains jump-i --draws 100 --seed 1 --out jump-i.csv
 
 A run is measured at 60 frames a second. A draw's cost is the sum of what is missing to its goals,
 each with a margin, as a share of the goal; a run in which the body falls costs one for every goal
-and stops. How the found gains fare elsewhere: `benchmarks.robustness`.
+and stops. Draws that the file of ``--out`` holds already are not run again, so that a search that
+was stopped goes on. How the found gains fare elsewhere: `benchmarks.robustness`.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from benchmarks.beam.arguments import count
 from benchmarks.gains.cases import CASES, GainCase, MeasureBound
+from benchmarks.gains.evolution import minimise
 from benchmarks.gains.measures import Record
 from warp_softbody import scenes
+from warp_softbody.arrays import FloatArray
 from warp_softbody.atomic_files import replacing
 from warp_softbody.controllers.control_options import Method
-from warp_softbody.errors import NotFiniteError
+from warp_softbody.errors import InputError, NotFiniteError, SoftBodyError
 from warp_softbody.run.simulation import Simulation
 
 FPS = 60.0
-SPREAD = 0.12
-"""Standard deviation, as a share of the range, of draws around one of the best."""
-
-BEST = 3
-"""So many of the best are drawn around."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,34 +92,43 @@ def search(
     seed: int,
     seconds: float | None = None,
     margin: float = 0.1,
-    around: float = 0.5,
-) -> list[Draw]:
-    """All draws, best first; the first is the shipped gains."""
-    random = np.random.default_rng(seed)
-    done: list[Draw] = []
-    for number in range(draws):
-        shares = _shares(case, random, done if number >= (1.0 - around) * draws else [])
+    known: Sequence[Draw] = (),
+) -> Iterator[Draw]:
+    """The draws of a search in their order; the first is the shipped gains.
+
+    Args:
+        case: what is searched.
+        draws: how many.
+        seed: of the search.
+        seconds: length of a run; None for the scene's.
+        margin: asked of every goal.
+        known: draws of an earlier search with the same seed, which are not run again.
+
+    Raises:
+        InputError: a known draw is not of this search.
+    """
+    done = {draw.number: draw for draw in known}
+
+    def drawn(number: int, shares: FloatArray) -> float:
         gains = _gains(case, shares) if number else case.shipped()
         measures = run(case, gains, seconds=seconds)
         total = cost(case, measures, margin)
-        done.append(Draw(number=number, cost=total, gains=gains, measures=measures))
-        print(f"{number:4d}  {total:8.4f}  {_line(case, measures)}", flush=True)
-    return sorted(done, key=lambda draw: draw.cost)
+        done[number] = Draw(number=number, cost=total, gains=gains, measures=measures)
+        return total
+
+    costs = {draw.number: cost(case, draw.measures, margin) for draw in known}
+    start = _shares(case, case.shipped())
+    for number, shares, _ in minimise(drawn, start, draws=draws, seed=seed, known=costs):
+        gains = _gains(case, shares) if number else case.shipped()
+        if not np.allclose(list(done[number].gains.values()), list(gains.values()), rtol=1e-9):
+            raise InputError(f"draw {number} of the file is of another search of {case.scene}")
+        yield done[number]
 
 
-def _shares(case: GainCase, random: np.random.Generator, done: list[Draw]) -> dict[str, float]:
-    """Where in its range each gain is, from 0 to 1."""
-    drawn = random.random(len(case.ranges))
-    if done:
-        best = sorted(done, key=lambda draw: draw.cost)[:BEST]
-        middle = _inverse(case, best[random.integers(len(best))].gains)
-        drawn = np.clip(middle + SPREAD * random.standard_normal(len(middle)), 0.0, 1.0)
-    return dict(zip(case.ranges, drawn.tolist(), strict=True))
-
-
-def _gains(case: GainCase, shares: Mapping[str, float]) -> dict[str, float]:
+def _gains(case: GainCase, shares: FloatArray) -> dict[str, float]:
+    """Gains by where in its range each is, from 0 to 1."""
     found = {}
-    for name, share in shares.items():
+    for name, share in zip(case.ranges, shares.tolist(), strict=True):
         low, high = case.ranges[name].low, case.ranges[name].high
         if case.ranges[name].log:
             found[name] = low * (high / low) ** share
@@ -131,7 +137,8 @@ def _gains(case: GainCase, shares: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _inverse(case: GainCase, gains: Mapping[str, float]) -> npt.NDArray[np.float64]:
+def _shares(case: GainCase, gains: Mapping[str, float]) -> FloatArray:
+    """Where in its range each gain is, the inverse of `_gains`."""
     shares = []
     for name, bounds in case.ranges.items():
         value = np.array([gains[name], bounds.low, bounds.high])
@@ -157,8 +164,30 @@ def write(path: Path, draws: Sequence[Draw]) -> None:
         writer.writerows(rows)
 
 
+def read(path: Path, case: GainCase) -> list[Draw]:
+    """Draws of a file of `write`; [] where there is none.
+
+    Raises:
+        InputError: the file is not of this scene's gains.
+    """
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    try:
+        return [_draw(case, {name: float(value) for name, value in row.items()}) for row in rows]
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path} does not hold draws of {case.scene}: {error}") from error
+
+
+def _draw(case: GainCase, row: dict[str, float]) -> Draw:
+    number, total = int(row.pop("number")), row.pop("cost")
+    gains = {name: row.pop(name) for name in case.ranges}
+    return Draw(number=number, cost=total, gains=gains, measures=row)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Search, print the best, write all."""
+    """Search, keep all draws, print the best."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.gains", description=__doc__.splitlines()[0]
     )
@@ -167,22 +196,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, help="length of a run; default the scene's")
     parser.add_argument("--margin", type=float, default=0.1, help="asked of every goal (0.1)")
-    parser.add_argument("--around", type=float, default=0.5, help="share around the best (0.5)")
     parser.add_argument("--best", type=count, default=5, help="draws whose gains are printed")
-    parser.add_argument("--out", type=Path, help="CSV file of all draws")
+    parser.add_argument("--out", type=Path, help="CSV file of all draws, by which a search goes on")
     args = parser.parse_args(arguments)
-    case = CASES[args.scene]
-    draws = search(
-        case,
-        draws=args.draws,
-        seed=args.seed,
-        seconds=args.seconds,
-        margin=args.margin,
-        around=args.around,
-    )
-    if args.out:
-        write(args.out, draws)
-    for draw in draws[: args.best]:
+    case, draws = CASES[args.scene], []
+    try:
+        known = read(args.out, case) if args.out else []
+        how = {"draws": args.draws, "seed": args.seed, "seconds": args.seconds}
+        for draw in search(case, **how, margin=args.margin, known=known):
+            draws.append(draw)
+            print(f"{draw.number:4d}  {draw.cost:8.4f}  {_line(case, draw.measures)}", flush=True)
+            if args.out and len(draws) > len(known):
+                write(args.out, draws)
+    except SoftBodyError as error:
+        parser.error(str(error))
+    for draw in sorted(draws, key=lambda draw: draw.cost)[: args.best]:
         print(f"\ndraw {draw.number}, cost {draw.cost:.4f}: {_line(case, draw.measures)}")
         print("  ".join(f"{name}={value:.4g}" for name, value in draw.gains.items()))
     return 0
