@@ -14,7 +14,7 @@ import tempfile
 import time
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +25,9 @@ from benchmarks.fuzz.mutations import mutated
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.meshing import load_surface
 from warp_softbody.errors import SoftBodyError
+
+Reader = Callable[[Kind, Path], tuple[int, int]]
+"""Points and cells that are found in a file of a format."""
 
 SLOW = 5.0
 """s, after which a read counts as hung."""
@@ -50,7 +53,18 @@ class ReadingOutcome:
     detail: str
 
 
-def fuzz(files: int, seed: int, folder: Path, keep: Path | None = None) -> Iterator[ReadingOutcome]:
+def sizes_of(kind: Kind, path: Path) -> tuple[int, int]:
+    """Points and cells that the readers find in a file of a format."""
+    if kind.surface:
+        surface = load_surface(path)
+        return len(surface.points), len(surface.faces)
+    mesh = TetMesh.read(path)
+    return len(mesh.points), len(mesh.tets)
+
+
+def fuzz(
+    files: int, seed: int, folder: Path, keep: Path | None = None, read: Reader = sizes_of
+) -> Iterator[ReadingOutcome]:
     """Outcomes of mutated files of every format in turn.
 
     Args:
@@ -58,6 +72,7 @@ def fuzz(files: int, seed: int, folder: Path, keep: Path | None = None) -> Itera
         seed: of the mutations; the same seed makes the same files.
         folder: where they are written, one after the other.
         keep: where those with a wrong outcome stay, each in a folder of its own.
+        read: what is tried: points and cells that it finds in a file.
     """
     bodies = {}
     for kind in KINDS:
@@ -70,7 +85,7 @@ def fuzz(files: int, seed: int, folder: Path, keep: Path | None = None) -> Itera
         texts[chosen] = mutated(texts[chosen], rng)
         for name, text in texts.items():
             (folder / kind.name / name).write_bytes(text)
-        verdict, detail = _judged(kind, folder / kind.name / kind.file)
+        verdict, detail = _judged(kind, folder / kind.name / kind.file, read)
         if keep is not None and verdict not in GOOD:
             place = keep / f"{kind.name}-{seed}-{number}-{verdict}"
             place.mkdir(parents=True, exist_ok=True)
@@ -79,13 +94,13 @@ def fuzz(files: int, seed: int, folder: Path, keep: Path | None = None) -> Itera
         yield ReadingOutcome(kind=kind.name, number=number, verdict=verdict, detail=detail)
 
 
-def _judged(kind: Kind, path: Path) -> tuple[str, str]:
+def _judged(kind: Kind, path: Path, read: Reader) -> tuple[str, str]:
     """Verdict on the file as it stands, and its detail."""
     start = time.monotonic()
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         try:
-            sizes = _sizes(kind, path)
+            sizes = read(kind, path)
             verdict = "whole" if sizes == kind.sizes else "told" if told else "changed"
             detail = f"{sizes[0]} points, {sizes[1]} cells"
         except SoftBodyError as error:
@@ -98,16 +113,8 @@ def _judged(kind: Kind, path: Path) -> tuple[str, str]:
     return ("slow" if time.monotonic() - start > SLOW else verdict), detail
 
 
-def _sizes(kind: Kind, path: Path) -> tuple[int, int]:
-    if kind.surface:
-        surface = load_surface(path)
-        return len(surface.points), len(surface.faces)
-    mesh = TetMesh.read(path)
-    return len(mesh.points), len(mesh.tets)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Print counts by format and every wrong outcome; return 1 where there is one."""
+def main(arguments: Sequence[str] | None = None, read: Reader = sizes_of) -> int:
+    """Print counts by format and every wrong outcome of a reader; return 1 where there is one."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fuzz.readers")
     parser.add_argument("--files", type=int, default=1000, help="how many files")
     parser.add_argument("--seed", type=int, default=1, help="of the mutations")
@@ -115,7 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     counts: Counter[tuple[str, str]] = Counter()
     with tempfile.TemporaryDirectory(prefix="fuzz_readers_") as name:
-        for outcome in fuzz(options.files, options.seed, Path(name), options.keep):
+        for outcome in fuzz(options.files, options.seed, Path(name), options.keep, read):
             counts[outcome.kind, outcome.verdict] += 1
             if outcome.verdict not in GOOD:
                 print(f"{outcome.kind} {outcome.number}: {outcome.verdict}: {outcome.detail}")

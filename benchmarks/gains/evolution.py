@@ -19,7 +19,7 @@ SPREAD = 0.2
 """First standard deviation, as a share of each range."""
 
 
-class Sample(NamedTuple):
+class Evaluation(NamedTuple):
     """A point (n,) of the unit cube, its place in the search and its cost."""
 
     number: int
@@ -34,7 +34,7 @@ def minimise(
     draws: int,
     seed: int,
     known: Mapping[int, float] | None = None,
-) -> Iterator[Sample]:
+) -> Iterator[Evaluation]:
     """Points of a search for the least cost, in their order; the first is the start.
 
     Args:
@@ -55,9 +55,9 @@ def minimise(
         ) from error
     known = known or {}
 
-    def sample(number: int, point: FloatArray) -> Sample:
+    def sample(number: int, point: FloatArray) -> Evaluation:
         found = known[number] if number in known else cost(number, point)
-        return Sample(number, point, found)
+        return Evaluation(number, point, found)
 
     bounds = np.tile([0.0, 1.0], (len(start), 1))
     optimiser = module.CMA(mean=start.copy(), sigma=SPREAD, bounds=bounds, seed=seed)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.accuracy import synthetic
-from warp_softbody.accuracy.analysis.chart import Point, _point, _with_frontier
+from warp_softbody.accuracy.analysis.chart import Point, point_of, with_frontier
 from warp_softbody.accuracy.analysis.design import Measured, frontier, products, useful
 from warp_softbody.accuracy.analysis.motion import Ruler
 from warp_softbody.accuracy.analysis.reference import Reference, reference_of
@@ -39,7 +39,7 @@ def test_what_is_left_is_the_error_of_the_finest_mesh(reference: Reference) -> N
 def test_errors_of_time_and_of_space_are_told_apart(reference: Reference) -> None:
     outcomes = synthetic.outcomes()
     settings = replace(synthetic.CASE.default, time_step=1.0 / 60.0)
-    point = _point(synthetic.CASE, reference, outcomes, settings)
+    point = point_of(synthetic.CASE, reference, outcomes, settings)
     time, space = 0.25 / 60.0, 0.01 - 6.25e-5
     assert point.time_error == pytest.approx(time, abs=4 * ROUNDING)
     assert point.space_error == pytest.approx(space, abs=4 * ROUNDING)
@@ -50,7 +50,7 @@ def test_errors_of_time_and_of_space_are_told_apart(reference: Reference) -> Non
 def test_without_other_time_steps_there_is_no_error_in_time(reference: Reference) -> None:
     outcomes = synthetic.outcomes()
     settings = replace(synthetic.CASE.default, tangent="exact")
-    assert _point(synthetic.CASE, reference, outcomes, settings).time_error is None
+    assert point_of(synthetic.CASE, reference, outcomes, settings).time_error is None
 
 
 def test_a_reference_that_failed_is_not_made_up() -> None:
@@ -112,6 +112,6 @@ def test_points_that_do_not_settle_or_fail_stay_off_the_frontier(reference: Refe
     points = [Point(settings=s, outcome=run, error=reference.error(run)) for s, run in runs.items()]
     failed = replace(good, status="nodes are too far away", cost=1.0)
     points.append(Point(settings=default, outcome=failed, error=reference.error(failed)))
-    chosen = [p for p in _with_frontier(synthetic.CASE, points[:2], reference) if p.on_frontier]
+    chosen = [p for p in with_frontier(synthetic.CASE, points[:2], reference) if p.on_frontier]
     assert [p.settings for p in chosen] == [default]
     assert points[2].error is None and not points[2].eligible

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.fuzz import readers as fuzz_readers
 from benchmarks.fuzz.formats import KINDS
 from benchmarks.fuzz.readers import GOOD, fuzz, main
 from warp_softbody.errors import MeshError
@@ -20,7 +19,7 @@ def test_no_mutated_file_is_taken_for_another_body(tmp_path: Path) -> None:
 
 
 def test_it_tells_and_keeps_what_is_wrong(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def broken(kind: object, path: Path) -> tuple[int, int]:
         if path.suffix == ".inp":
@@ -29,9 +28,8 @@ def test_it_tells_and_keeps_what_is_wrong(
             return 1, 1
         raise MeshError(f"{path}: no")
 
-    monkeypatch.setattr(fuzz_readers, "_sizes", broken)
     arguments = ["--files", str(len(KINDS)), "--seed", "1", "--keep", str(tmp_path)]
-    assert main(arguments) == 1
+    assert main(arguments, broken) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "abaqus 0: traceback: KeyError: 'what'"
     assert lines[-1].split() == ["all", str(len(KINDS) - 3), "0", "0", "1", "0", "2"]

@@ -23,10 +23,9 @@ def _check_arrays(part: object) -> None:
     """Refuse fields that are no arrays of a device."""
     for entry in fields(part):  # type: ignore[arg-type]
         value = getattr(part, entry.name)
-        if not (isinstance(value, wp.array) or (entry.name == "pairs" and value is None)):
-            if entry.name != "pairs" or not isinstance(value, PairStates):
-                label = f"{type(part).__name__}.{entry.name}"
-                checks.refuse(label, "a Warp array of a device", value)
+        kinds = (PairStates, type(None)) if entry.name == "pairs" else (wp.array,)
+        if not isinstance(value, kinds):
+            checks.refuse(f"{type(part).__name__}.{entry.name}", "a Warp array of a device", value)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -106,8 +106,8 @@ def make_chart(
     for number in range(ROUNDS):
         more = neighbours(case, _measured(outcomes, reference), reference.uncertainty)
         outcomes |= _run(case, more, journal, executor, tell(f"neighbours, round {number + 1}"))
-    points = [_point(case, reference, outcomes, settings) for settings in outcomes]
-    points = _with_frontier(case, points, reference)
+    points = [point_of(case, reference, outcomes, settings) for settings in outcomes]
+    points = with_frontier(case, points, reference)
     if peers:
         points += _peer_points(case, reference, journal, executor, tell("peers"))
     return Chart(case=case, reference=reference, points=tuple(points))
@@ -160,9 +160,10 @@ def _measured(outcomes: dict[Settings, RunOutcome], reference: Reference) -> lis
     return found
 
 
-def _point(
+def point_of(
     case: ChartCase, reference: Reference, outcomes: dict[Settings, RunOutcome], settings: Settings
 ) -> Point:
+    """A run on the chart, with the parts of its error that other runs tell apart."""
     outcome = outcomes[settings]
     motion = motion_of(outcome)
     limit = time_limit(case, outcomes, settings)
@@ -178,8 +179,11 @@ def _point(
     )
 
 
-def _with_frontier(case: ChartCase, points: Sequence[Point], reference: Reference) -> list[Point]:
-    """The runs of the reference itself, dearer than need be, are left out."""
+def with_frontier(case: ChartCase, points: Sequence[Point], reference: Reference) -> list[Point]:
+    """The points with those on the frontier marked.
+
+    The runs of the reference itself, dearer than need be, are left out.
+    """
     left_out = set(reference_family(case))
     eligible = [
         Measured(settings=p.settings, cost=p.outcome.cost, error=p.error)
