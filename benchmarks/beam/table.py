@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.beam.rounds import Entrant
+from benchmarks.tables import as_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,13 +84,13 @@ COLUMNS = {
 
 def table(results: list[BeamResult]) -> str:
     """Lines of a table; a dash where there is no number."""
-    width = max(len(result.solver) for result in results)
-    lines = [f"{'tets':>6}  {'solver':{width}}  " + "  ".join(f"{c:>7}" for c in COLUMNS)]
-    for result in results:
-        cells = []
-        for title, (name, form) in COLUMNS.items():
-            value = getattr(result, name)
-            text = "-" if value is None else format(value, form)
-            cells.append(f"{text:>{max(7, len(title))}}")
-        lines.append(f"{result.tets:6d}  {result.solver:{width}}  " + "  ".join(cells))
-    return "\n".join(lines)
+    return as_text(
+        ("tets", "solver", *COLUMNS),
+        ((result.tets, result.solver, *_cells(result)) for result in results),
+        left="solver",
+    )
+
+
+def _cells(result: BeamResult) -> list[str]:
+    values = ((getattr(result, name), form) for name, form in COLUMNS.values())
+    return ["-" if value is None else format(value, form) for value, form in values]

@@ -22,6 +22,7 @@ import numpy as np
 
 from benchmarks.fuzz.formats import KINDS, Kind, write_body
 from benchmarks.fuzz.mutations import mutated
+from benchmarks.tables import as_text
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.meshing import load_surface
 from warp_softbody.errors import SoftBodyError
@@ -127,12 +128,10 @@ def main(arguments: Sequence[str] | None = None, read: Reader = sizes_of) -> int
             if outcome.verdict not in GOOD:
                 print(f"{outcome.kind} {outcome.number}: {outcome.verdict}: {outcome.detail}")
     verdicts = (*GOOD, "traceback", "slow", "changed")
-    print(f"{'format':14s}" + "".join(f"{verdict:>11s}" for verdict in verdicts))
-    for kind in KINDS:
-        row = [counts[kind.name, verdict] for verdict in verdicts]
-        print(f"{kind.name:14s}" + "".join(f"{count:11d}" for count in row))
+    rows = [[kind.name, *(counts[kind.name, verdict] for verdict in verdicts)] for kind in KINDS]
     totals = [sum(counts[kind.name, verdict] for kind in KINDS) for verdict in verdicts]
-    print(f"{'all':14s}" + "".join(f"{count:11d}" for count in totals))
+    rows.append(["all", *totals])
+    print(as_text(("format", *verdicts), rows, left="format"))
     return int(sum(totals[len(GOOD) :]) > 0)
 
 

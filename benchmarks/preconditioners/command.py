@@ -40,6 +40,7 @@ from benchmarks.preconditioners.system import (
     mid_swing,
     step_system,
 )
+from benchmarks.tables import as_text
 from warp_softbody.run.warp_session import warp_engine
 
 OURS = "Gauss-Seidel, coarse"
@@ -121,14 +122,15 @@ def examine_all(tets: int) -> list[PreconditionerResult]:
 
 def table(results: list[PreconditionerResult]) -> str:
     """Lines of a table."""
-    width = max(map(len, PRECONDITIONERS))
-    lines = [f"{'tets':>6}  {'preconditioner':{width}}  " + "  ".join(f"{c:>7}" for c in COLUMNS)]
-    for result in results:
-        cells = []
-        for title, (name, form) in COLUMNS.items():
-            cells.append(f"{format(getattr(result, name), form):>{max(7, len(title))}}")
-        lines.append(f"{result.tets:6d}  {result.preconditioner:{width}}  " + "  ".join(cells))
-    return "\n".join(lines)
+    return as_text(
+        ("tets", "preconditioner", *COLUMNS),
+        ((result.tets, result.preconditioner, *_cells(result)) for result in results),
+        left="preconditioner",
+    )
+
+
+def _cells(result: PreconditionerResult) -> list[str]:
+    return [format(getattr(result, name), form) for name, form in COLUMNS.values()]
 
 
 def main(arguments: list[str] | None = None) -> None:

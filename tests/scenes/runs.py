@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ from benchmarks.motions.criterion import RecordedMotion
 from warp_softbody import scenes
 from warp_softbody.cli import main
 from warp_softbody.stage_exports import validate
+
+Shipped = Callable[[str], RecordedMotion]
+"""Makes the motion of a scene as it is shipped."""
 
 
 def run(scene: str, folder: Path, *options: str, volume: float = 0.05) -> RecordedMotion:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.motions.criteria import arches, belly, ways
-from tests.scenes.runs import missed, run
+from tests.scenes.runs import Shipped, missed, run
 from warp_softbody import scenes
 from warp_softbody.arrays import FloatArray
 from warp_softbody.characters import letter_i_flat
@@ -32,15 +32,15 @@ def pull(take: Take, name: str) -> float:
     return float(np.maximum(tension, 0.0)[:, chosen].max())
 
 
-def test_the_earthworm_crawls_its_length_on_its_belly(tmp_path: Path) -> None:
-    motion = run("crawl-i", tmp_path)
+def test_the_earthworm_crawls_its_length_on_its_belly(shipped: Shipped) -> None:
+    motion = shipped("crawl-i")
     assert motion.take.times[-1] == pytest.approx(START + CYCLES * CYCLE)
     assert missed("crawl-i", motion) == []
     assert belly(motion) < 0.05 * LENGTH
 
 
-def test_the_inchworm_crawls_by_arching(tmp_path: Path) -> None:
-    motion = run("crawl-i-inchworm", tmp_path)
+def test_the_inchworm_crawls_by_arching(shipped: Shipped) -> None:
+    motion = shipped("crawl-i-inchworm")
     assert missed("crawl-i-inchworm", motion) == []
     assert len(arches(motion)) == CYCLES
     # Upper strands have next to nothing to do with it.

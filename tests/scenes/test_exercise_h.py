@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from benchmarks.motions.criteria import SWAY, sway_error
-from tests.scenes.runs import missed, run
+from tests.scenes.runs import Shipped, missed, run
 from warp_softbody.controllers import Sway
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.usd.reader import Take
@@ -22,8 +22,8 @@ def foot_of(take: Take, side: float) -> npt.NDArray[np.bool_]:
     return np.asarray((side * take.rest[:, 0] > 0.1) & (take.rest[:, 2] < 1e-6))
 
 
-def test_its_centre_of_mass_follows_the_sine(tmp_path: Path) -> None:
-    motion = run("exercise-h", tmp_path)
+def test_its_centre_of_mass_follows_the_sine(shipped: Shipped) -> None:
+    motion = shipped("exercise-h")
     # at least 8 % of the body's height
     assert np.ptp(motion.take.rest[:, 2]) * 0.08 <= SWAY
     assert missed("exercise-h", motion) == []
@@ -33,8 +33,8 @@ def test_its_centre_of_mass_follows_the_sine(tmp_path: Path) -> None:
     assert np.linalg.norm(measures.centre_of_mass[-1] - measures.centre_of_mass[0]) < 0.02
 
 
-def test_its_feet_stay(tmp_path: Path) -> None:
-    take = run("exercise-h", tmp_path).take
+def test_its_feet_stay(shipped: Shipped) -> None:
+    take = shipped("exercise-h").take
     for side in LEGS:
         foot = foot_of(take, side)
         # it rolls on its edges, but some of it always stands

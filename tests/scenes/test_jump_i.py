@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from benchmarks.motions.measures import base_path, flights
-from tests.scenes.runs import missed, run
+from tests.scenes.runs import Shipped, missed, run
 
 
-def test_it_jumps_forward_and_stays_up(tmp_path: Path) -> None:
-    motion = run("jump-i", tmp_path)
+def test_it_jumps_forward_and_stays_up(shipped: Shipped) -> None:
+    motion = shipped("jump-i")
     # upright at the end, two seconds after landing
     assert missed("jump-i", motion) == []
     path = base_path(motion.take)
@@ -26,8 +26,8 @@ def test_it_jumps_and_lands_on_other_floors(scene: str, friction: float, tmp_pat
     assert missed(scene, run(scene, tmp_path, "--set", f"friction={friction}")) == []
 
 
-def test_it_jumps_in_place_three_times(tmp_path: Path) -> None:
-    motion = run("jump-i-in-place", tmp_path)
+def test_it_jumps_in_place_three_times(shipped: Shipped) -> None:
+    motion = shipped("jump-i-in-place")
     assert missed("jump-i-in-place", motion) == []
     assert len([length for length in flights(motion.take) if length >= 0.15]) == 3
     path = base_path(motion.take)

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.motions.measures import turned
-from tests.scenes.runs import missed, run
+from tests.scenes.runs import Shipped, missed, run
 
 
-def test_it_rolls_more_than_once_around(tmp_path: Path) -> None:
-    motion = run("roll-o", tmp_path)
+def test_it_rolls_more_than_once_around(shipped: Shipped) -> None:
+    motion = shipped("roll-o")
     assert missed("roll-o", motion) == []
     angle, way = turned(motion.take, 1)[-1], motion.measures.centre_of_mass[-1, 0]
     assert angle > 360.0
@@ -19,8 +19,8 @@ def test_it_rolls_more_than_once_around(tmp_path: Path) -> None:
     assert abs(way - np.radians(angle) * 0.5) < 0.2 * way
 
 
-def test_it_stops_and_rolls_back(tmp_path: Path) -> None:
-    motion = run("roll-o-return", tmp_path)
+def test_it_stops_and_rolls_back(shipped: Shipped) -> None:
+    motion = shipped("roll-o-return")
     assert missed("roll-o-return", motion) == []
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.motions.criterion import RecordedMotion
 from benchmarks.motions.measures import base_path
-from tests.scenes.runs import missed, run
+from tests.scenes.runs import Shipped, missed, run
 from warp_softbody import scenes
 from warp_softbody.world.scene import STANDARD_GRAVITY
 
@@ -25,19 +25,19 @@ def rests_at_the_end(motion: RecordedMotion) -> bool:
 
 
 @pytest.mark.parametrize("scene", ["slide-f", "slide-f-left"])
-def test_it_leans_against_the_pull_and_slides(scene: str, tmp_path: Path) -> None:
-    motion = run(scene, tmp_path)
+def test_it_leans_against_the_pull_and_slides(scene: str, shipped: Shipped) -> None:
+    motion = shipped(scene)
     assert missed(scene, motion) == []
     assert rests_at_the_end(motion)
 
 
-def test_friction_cannot_hold_it_back_further(tmp_path: Path) -> None:
+def test_friction_cannot_hold_it_back_further(shipped: Shipped) -> None:
     """Friction is at most mu times the normal force, whose impulse is m g T plus a change of m v_z.
 
     So from when the pull exceeds mu m g until it is strongest, m v_x grows by the pull's impulse
     less that bound at least. Without the bound, by the pull's impulse at most.
     """
-    motion = run("slide-f", tmp_path, "--seconds", "3")
+    motion = shipped("slide-f")
     take, measures = motion.take, motion.measures
     begins = STARTS + FRICTION / PULL * (STRONGEST - STARTS)
     path, times = measures.centre_of_mass, measures.times
@@ -54,8 +54,8 @@ def test_friction_cannot_hold_it_back_further(tmp_path: Path) -> None:
     assert gained[0] < pull + unseen
 
 
-def test_it_recovers_when_it_starts_late(tmp_path: Path) -> None:
-    motion = run("slide-f-delayed", tmp_path)
+def test_it_recovers_when_it_starts_late(shipped: Shipped) -> None:
+    motion = shipped("slide-f-delayed")
     limp = motion.measures.times < STARTS + 0.3
     assert (motion.take.activations[limp] == 1.0).all()
     assert (motion.take.activations[~limp].min(axis=0) < 1.0).any()
