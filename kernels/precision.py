@@ -13,6 +13,9 @@ import warp as wp
 BLOCK = 16
 """Right-hand sides solved side by side: one AVX-512 register of float32."""
 
+EPSILON = {"float32": 2.0**-23, "float64": 2.0**-52}
+"""Distance from one to the next number, by precision."""
+
 MODULES: set[str] = set()
 """Names of the Warp modules made so far."""
 

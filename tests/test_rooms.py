@@ -56,13 +56,6 @@ LIBRARIES = {
 # What a room may import from outside beside the standard library, where that is limited.
 ONLY = {"kernels": {"warp"}}
 
-# What breaks a rule today. An exception that is no longer needed fails the test.
-KNOWN_IMPORTS = {
-    # constants of kernels are NumPy's
-    ("kernels.contact.active_set", "numpy"),
-    ("kernels.contact.pair_active_set", "numpy"),
-}
-
 FILES = module_files()
 IMPORTS = {
     (imported.importer, imported.imported)
@@ -110,19 +103,11 @@ def test_every_module_has_a_room() -> None:
 
 
 def test_no_room_imports_what_it_may_not() -> None:
-    assert broken_rules() - KNOWN_IMPORTS == set()
-
-
-def test_every_exception_is_still_needed() -> None:
-    assert KNOWN_IMPORTS - broken_rules() == set()
+    assert broken_rules() == set()
 
 
 def test_rooms_import_in_one_direction() -> None:
-    edges = {
-        (room_of(a), room_of(b))
-        for a, b in IMPORTS
-        if b in FILES and (short(a), short(b)) not in KNOWN_IMPORTS
-    }
+    edges = {(room_of(a), room_of(b)) for a, b in IMPORTS if b in FILES}
     assert circles((a, b) for a, b in edges if a != b) == []
 
 

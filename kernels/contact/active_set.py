@@ -13,7 +13,6 @@ the complementarity conditions choose the modes of the next pass.
 from functools import cache
 from types import SimpleNamespace
 
-import numpy as np
 import warp as wp
 
 from warp_softbody.kernels.contact.friction_directional import constant_factor, directional_factor
@@ -24,7 +23,7 @@ from warp_softbody.kernels.contact.stages import PICARD_PASSES, NodeChange, Sear
 from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear import pcg as cg
 from warp_softbody.kernels.linear.codes import Counter, Scalar, VelocityConstraint
-from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.precision import EPSILON, real
 
 SUBJECT = "contact"
 
@@ -60,7 +59,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
     ContactStates, PassRecord = structs.ContactStates, structs.PassRecord
     picard_passes = wp.constant(PICARD_PASSES)
     inner = wp.constant(scalar(law.inner_radius))
-    rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
+    rounding = wp.constant(scalar(8.0 * EPSILON[precision]))
 
     @func
     def along(axis: vec3, before: vec3, change: vec3):

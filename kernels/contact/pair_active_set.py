@@ -9,7 +9,6 @@ none.
 from functools import cache
 from types import SimpleNamespace
 
-import numpy as np
 import warp as wp
 
 from warp_softbody.kernels.contact.modes import Mode
@@ -17,7 +16,7 @@ from warp_softbody.kernels.contact.pair_constraints import DAMPING, SUBJECT, mak
 from warp_softbody.kernels.contact.pair_friction import make_pair_friction
 from warp_softbody.kernels.contact.structs import make_contact_structs, make_pair_structs
 from warp_softbody.kernels.linear.codes import Counter, Scalar
-from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.precision import EPSILON, real
 
 LEAST_SHARE = 1e-6
 """Of the largest impulse of any pair, what counts as none."""
@@ -41,7 +40,7 @@ def make_pair_modes(precision: str) -> SimpleNamespace:
     damping = wp.constant(wp.float64(DAMPING))
     law = make_pair_friction(precision, SUBJECT)
     least_share = wp.constant(scalar(LEAST_SHARE))
-    rounding = wp.constant(scalar(8.0 * float(np.finfo(precision).eps)))
+    rounding = wp.constant(scalar(8.0 * EPSILON[precision]))
 
     @func
     def share(pairs: Pairs, c: int, impulse: vec3, out: wp.array(dtype=vec3)):

@@ -220,7 +220,7 @@ def test_runs_repeat_bit_for_bit() -> None:
         others=(Body(character=cube("b", (0.05, 0.0, SIDE + 0.01), degrees=10.0)),),
         ground=Plane(friction=0.5),
     )
-    first, second = (simulate(scene, 0.3)._state.positions.numpy().copy() for _ in range(2))
+    first, second = (simulate(scene, 0.3).state.positions.numpy().copy() for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
@@ -236,7 +236,7 @@ def test_precisions_agree() -> None:
         ground=Plane(friction=0.5),
     )
     single, double = (
-        simulate(scene, 0.1, precision=precision)._state.positions.numpy()
+        simulate(scene, 0.1, precision=precision).state.positions.numpy()
         for precision in ("float32", "float64")
     )
     assert epsilon("float32") * SIDE < np.abs(single - double).max() < 1e-4
