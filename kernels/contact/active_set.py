@@ -29,7 +29,9 @@ SUBJECT = "contact"
 
 
 @cache
-def make_contact(precision: str, directional: bool = False, directions: int = 0) -> SimpleNamespace:
+def make_active_set(
+    precision: str, directional: bool = False, directions: int = 0
+) -> SimpleNamespace:
     """Kernels ``impose``, ``hold_fixed`` and ``update_modes``.
 
     Args:
@@ -128,6 +130,62 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             return friction + wp.dot(axis, known - friction) * axis
         return known - wp.dot(n, known) * n
 
+    @func
+    def solved_impulse(
+        rows: MatrixRows,
+        values: wp.array(dtype=mat33),
+        right: wp.array(dtype=vec3),
+        before: wp.array(dtype=vec3),
+        change: wp.array(dtype=vec3),
+        i: int,
+    ):
+        # the residual of the system at a node: what contact brought about there
+        impulse = momentum_change(
+            i,
+            rows.row_start,
+            rows.column,
+            rows.masses,
+            rows.damped_masses,
+            values,
+            before,
+            change,
+        )
+        return impulse - right[i]
+
+    @func
+    def friction_of_stage(
+        stage: int,
+        passes: int,
+        ground: GroundContacts,
+        mode: int,
+        n: vec3,
+        friction: vec3,
+        sliding: vec3,
+        last: vec3,
+        force: vec3,
+        stiffness: mat33,
+        bound: scalar,
+        weight: scalar,
+        left: scalar,
+    ):
+        # of a node that is pressed: next mode, whether the law is missed, and the linearised
+        # friction, force and stiffness, with the velocity that it is made at
+        tolerances = ground.tolerances
+        if stage == SearchStage.NORMALS:
+            return mode, int(0), force, stiffness, last
+        if stage == SearchStage.LET_GO:
+            first = passes == ground.max_passes
+            next_mode, unsettled, brake = braked(
+                mode, n, friction, sliding, inner * bound, weight, first, stiffness, tolerances
+            )
+            return next_mode, unsettled, vec3(), brake, sliding
+        # in the second stage friction is a stiffness: it cannot reverse the sliding
+        rules = wp.where(stage == SearchStage.FRICTION, picard_passes, passes)
+        next_mode, unsettled, chosen_force, chosen_stiffness, made_at = choose(
+            mode, n, friction, sliding, last, bound, weight, left, rules, tolerances
+        )
+        return next_mode, unsettled, chosen_force, chosen_stiffness, made_at
+
     @kernel
     def update_modes(
         # model
@@ -151,10 +209,9 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         i = ground.nodes[c]
         before, change = moved.before, moved.change
         tolerances = ground.tolerances
-        max_passes = ground.max_passes
         mode = states.modes[c]
         n = planes.normals[i]
-        stage = stage_of(counters, max_passes)
+        stage = stage_of(counters, ground.max_passes)
         record.changed[c] = NodeChange.NONE
         if ground.fixed[i] != 0:
             states.impulses[c] = vec3()
@@ -162,17 +219,7 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
         weight = scalar(0.3333333333333333) * wp.trace(values[rows.diagonal_slot[i]])
         impulse = vec3()
         if mode != Mode.LIFT:
-            impulse = momentum_change(
-                i,
-                rows.row_start,
-                rows.column,
-                rows.masses,
-                rows.damped_masses,
-                values,
-                before,
-                change,
-            )
-            impulse -= right[i]
+            impulse = solved_impulse(rows, values, right, before, change, i)
         normal_impulse = wp.dot(n, impulse)
         normal_speed = along(n, before[i], change[i])
         least = planes.normal_velocity[c]
@@ -213,36 +260,23 @@ def make_contact(precision: str, directional: bool = False, directions: int = 0)
             # the rounding of the products with its change
             left = scalar(wp.sqrt(scalars[Scalar.FLOOR_SQUARE]))
             left += rounding * weight * wp.length(change[i])
-            last = states.slip_velocities[i]
-            if stage == SearchStage.NORMALS:
-                next_mode = mode
-                force = states.friction_forces[i]
-                stiffness = states.slip_stiffness[i]
-            elif stage == SearchStage.LET_GO:
-                first = counters[Counter.PASSES] == max_passes
-                next_mode, unsettled, stiffness = braked(
-                    mode,
-                    n,
-                    friction,
-                    sliding,
-                    inner * bound,
-                    weight,
-                    first,
-                    states.slip_stiffness[i],
-                    tolerances,
-                )
-                record.changed[c] = unsettled
-                states.slip_velocities[i] = sliding
-            else:
-                passes = counters[Counter.PASSES]
-                if stage == SearchStage.FRICTION:
-                    # stiffness for friction: it cannot reverse the sliding
-                    passes = picard_passes
-                next_mode, unsettled, force, stiffness, made_at = choose(
-                    mode, n, friction, sliding, last, bound, weight, left, passes, tolerances
-                )
-                record.changed[c] = unsettled
-                states.slip_velocities[i] = made_at
+            next_mode, unsettled, force, stiffness, made_at = friction_of_stage(
+                stage,
+                counters[Counter.PASSES],
+                ground,
+                mode,
+                n,
+                friction,
+                sliding,
+                states.slip_velocities[i],
+                states.friction_forces[i],
+                states.slip_stiffness[i],
+                bound,
+                weight,
+                left,
+            )
+            record.changed[c] = unsettled
+            states.slip_velocities[i] = made_at
         if next_mode != mode:
             record.changed[c] = wp.where(
                 mode == Mode.LIFT or next_mode == Mode.LIFT, NodeChange.PRESSED, NodeChange.FRICTION

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.contact.modes import Mode
-from warp_softbody.kernels.contact.pair_constraints import DAMPING, SUBJECT, make_pair_rows
+from warp_softbody.kernels.contact.pair_constraints import DAMPING, SUBJECT, make_pair_constraints
 from warp_softbody.kernels.contact.pair_friction import make_pair_friction
 from warp_softbody.kernels.contact.structs import make_contact_structs, make_pair_structs
 from warp_softbody.kernels.linear.codes import Counter, Scalar
@@ -23,13 +23,13 @@ LEAST_SHARE = 1e-6
 
 
 @cache
-def make_pair_modes(precision: str) -> SimpleNamespace:
+def make_pair_active_set(precision: str) -> SimpleNamespace:
     """Kernels that turn a solved pass into impulses, and impulses into the next modes."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     vec2 = wp.types.vector(length=2, dtype=scalar)
-    rows = make_pair_rows(precision)
+    rows = make_pair_constraints(precision)
     structs = make_pair_structs(precision)
     Pairs, DelassusWork = structs.Pairs, structs.DelassusWork
     NodeConstraints = structs.NodeConstraints

@@ -41,7 +41,7 @@ contradict."""
 
 
 @cache
-def make_pair_rows(precision: str) -> SimpleNamespace:
+def make_pair_constraints(precision: str) -> SimpleNamespace:
     """Kernels that project nodal vectors, and functions for the other kernels of pairs."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33

@@ -12,6 +12,7 @@ with them, the power of a part a of them is ``a (1 - a) f . C x0 + a^2 f . C x1`
 believed that have more energy than the step could give them.
 """
 
+from enum import IntEnum
 from functools import cache
 from types import SimpleNamespace
 
@@ -19,11 +20,26 @@ import warp as wp
 
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.pair_active_set import LEAST_SHARE
-from warp_softbody.kernels.contact.pair_constraints import SUBJECT, make_pair_rows
+from warp_softbody.kernels.contact.pair_constraints import SUBJECT, make_pair_constraints
 from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.precision import real
 
+
+class Round(IntEnum):
+    """Slots of what is noted of the rounds."""
+
+    AGAIN = 0
+    """Whether another round is due."""
+    COUNT = 1
+    """How many there were."""
+    TOO_FEW = 2
+    """Whether they did not suffice."""
+    LOST = 3
+    """Whether the solve lost itself."""
+
+
 MOST_ROUNDS = 8
+"""After which all impulses are scaled instead."""
 
 BEYOND = 1.1
 """Times the energy that velocities can have, beyond which they are not believed."""
@@ -38,7 +54,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
-    rows = make_pair_rows(precision)
+    rows = make_pair_constraints(precision)
     relative, wide, narrow = rows.relative, rows.wide, rows.narrow
     Pairs = make_pair_structs(precision).Pairs
     zero, one = wp.constant(wp.float64(0.0)), wp.constant(wp.float64(1.0))
@@ -70,17 +86,15 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         frictions: wp.array(dtype=vec3),
         rounds: wp.array(dtype=int),
     ):
-        # rounds: whether to go on, how many there were, whether they did not suffice, whether the
-        # solve lost itself
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
             normal, friction = split(pairs, c, friction_coefficient, impulses[c])
             modes[c] = wp.where(normal > scalar(0.0), Mode.SLIDE, Mode.LIFT)
             frictions[c] = friction
-        rounds[0] = 1
-        rounds[1] = 0
-        rounds[2] = 0
-        rounds[3] = 0
+        rounds[Round.AGAIN] = 1
+        rounds[Round.COUNT] = 0
+        rounds[Round.TOO_FEW] = 0
+        rounds[Round.LOST] = 0
 
     @func
     def lost(
@@ -140,17 +154,17 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
                 if drives > cut * wp.length(frictions[c]) * wp.length(u):
                     frictions[c] = vec3()
                     changes += 1
-        rounds[1] = rounds[1] + 1
-        rounds[0] = 0
+        rounds[Round.COUNT] = rounds[Round.COUNT] + 1
+        rounds[Round.AGAIN] = 0
         if changes > 0:
-            if rounds[1] < most_rounds:
-                rounds[0] = 1
+            if rounds[Round.COUNT] < most_rounds:
+                rounds[Round.AGAIN] = 1
             else:
-                rounds[2] = 1
+                rounds[Round.TOO_FEW] = 1
         if lost(masses, recovery_speed, before, right, x):
-            rounds[0] = 0
-            rounds[2] = 1
-            rounds[3] = 1
+            rounds[Round.AGAIN] = 0
+            rounds[Round.TOO_FEW] = 1
+            rounds[Round.LOST] = 1
 
     @kernel
     def clip(
@@ -182,7 +196,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         # where the solve lost itself, so did the ground's frictions
         for i in range(right.shape[0]):
             known = right[i]
-            if rounds[3] == 0:
+            if rounds[Round.LOST] == 0:
                 known += ground_frictions[i]
             right_with_slip[i] = known
         for number in range(pairs.found_count[0]):

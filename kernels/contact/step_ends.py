@@ -10,11 +10,11 @@ from warp_softbody.kernels.linear.bsr_product import make_rows
 from warp_softbody.kernels.linear.codes import Counter
 from warp_softbody.kernels.precision import real
 
-SUBJECT = "contact_ends"
+SUBJECT = "step_ends"
 
 
 @cache
-def make_contact_ends(precision: str) -> SimpleNamespace:
+def make_step_ends(precision: str) -> SimpleNamespace:
     """Structs ``KnownForces``, ``RightSide``, ``VelocityUpdate``; kernels by order of launch."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33

@@ -13,18 +13,14 @@ from warp_softbody.device.host_view import HostView
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.assembly import Assembly
-from warp_softbody.engine.contact_arrays import PassRecord
-from warp_softbody.engine.friction_cone import make_friction
-from warp_softbody.engine.ground_detection import make_detection
+from warp_softbody.engine.ground_contact import GroundContact
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.momentum_account import Accountant
-from warp_softbody.engine.pair_contact import Known, PairContact, PairRows
+from warp_softbody.engine.pair_contact import PairConstraints, PairContact, StepVectors
 from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.engine.turning import Flown, Turning
-from warp_softbody.kernels.contact.pass_conclusion import make_pass_conclusion
-from warp_softbody.kernels.contact.step_ends import make_contact_ends
-from warp_softbody.kernels.contact.structs import make_contact_structs
+from warp_softbody.kernels.contact.step_ends import make_step_ends
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.rigid_balance import make_rigid_balance
 from warp_softbody.linear.block_ldlt import Freedom
@@ -35,7 +31,7 @@ FRESH_ITERATIONS = 3
 """Iterations of one pass that even a fresh factor would need."""
 
 
-class ContactResolution:
+class ContactSolver:
     """Finds the velocities of a step and the contact modes that go with them.
 
     Attributes:
@@ -58,65 +54,35 @@ class ContactResolution:
         types, n = model.types, model.node_count
         self._model = model
         self._assembly = assembly
-        self._kernels = make_friction(model)
-        self._conclusion = make_pass_conclusion(model.options.precision)
         self._rigid_balance = make_rigid_balance(model.options.precision)
         bodies = len(model.scene.parts)
         self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
         self.carry = model.zeros(2 * bodies, wp.vec3d)
-        self._ends = make_contact_ends(model.options.precision)
-        self._detection = make_detection(model)
+        self._ends = make_step_ends(model.options.precision)
         self.right = model.zeros(n, types.vec3)
         self.right_with_slip = model.zeros(n, types.vec3)
         self.outer_impulses = model.zeros(n, types.vec3)
         self.change = model.zeros(n, types.vec3)
         self._velocities = model.zeros(n if model.scene.has_pairs else 0, types.vec3)
-        pair = wp.types.vector(length=2, dtype=types.scalar)
-        self._largest_violations = model.zeros(1, pair)
-        self._worst = model.zeros(1, wp.int32)
         self.preconditioner = make_preconditioner(
             model.system, assembly.values, assembly.node_rotations
         )
         self._solver = ConjugateGradients(model.system, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start
-        self._make_structs()
+        self.sides = struct_of(self._ends.RightSide, self)
+        self.velocity_update = struct_of(
+            self._ends.VelocityUpdate, before=self.before, change=self.change
+        )
+        self._ground = GroundContact(model, assembly, self._solver)
         self.turning = Turning(model, self._solver, self.preconditioner)
         self._pairs: PairContact | None = None
         self.accountant = Accountant(model)
         self._read_counters = HostView(self._solver.counters).read
         self._read_scalars = HostView(self._solver.scalars).read
-        self._read_violations = HostView(self._largest_violations).read
         self._renewing = False
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
             self._pairs = PairContact(model, self._solver, assembly.values)
-
-    def _make_structs(self) -> None:
-        """What the kernels of the active set take together."""
-        model, a = self._model, self._model.arrays
-        structs = self._structs = make_contact_structs(model.options.precision)
-        record = PassRecord.of(model.contact_count, model.allocator)
-        self._record = struct_of(structs.PassRecord, record)
-        self._planes = struct_of(
-            structs.ContactPlanes,
-            normals=self._solver.normals,
-            normal_velocity=model.zeros(model.contact_count, model.types.scalar),
-        )
-        if a.ground is not None:
-            self._ground = struct_of(
-                structs.GroundContacts,
-                a.ground,
-                fixed=a.masses.fixed,
-                tolerances=struct_of(structs.Tolerances, a.ground.tolerances),
-                max_passes=model.options.max_contact_passes,
-            )
-        self._rows = struct_of(
-            structs.MatrixRows, a.pattern, masses=a.masses.mass, damped_masses=a.masses.damped_mass
-        )
-        self.sides = struct_of(self._ends.RightSide, self)
-        self.velocity_update = struct_of(
-            structs.VelocityUpdate, before=self.before, change=self.change
-        )
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
@@ -138,8 +104,7 @@ class ContactResolution:
         self._solver.counters.zero_()
         self._add_pair_frictions(contacts)
         self._solver.set_target(self.right)
-        if self._detection is not None:
-            self._detection.launch(state, self._planes.normal_velocity, self._planes.normals)
+        self._ground.detect(state)
         self._launch_pass(state, contacts, renew=renew, first=True)
 
     def launch_next(self, state: State, contacts: Contacts) -> None:
@@ -171,7 +136,7 @@ class ContactResolution:
         frictions, stiffness = contacts.friction_forces, contacts.slip_stiffness
         sides = (self.right, self.right_with_slip, frictions, stiffness)
         moved = (self.before, self.change, self._velocities)
-        known = Known(*sides, *moved, self._add_up, self._take_difference)
+        known = StepVectors(*sides, *moved, self._add_up, self._take_difference)
 
         def solve(pairs: PairStates | None) -> None:
             self._launch_pass(state, replace(contacts, pairs=pairs))
@@ -191,13 +156,8 @@ class ContactResolution:
         renew: bool = False,
         first: bool = False,
     ) -> None:
-        m, a, k = self._model, self._model.arrays, self._kernels
-        if a.ground is not None:
-            inputs = [a.ground.nodes, a.masses.fixed, self._planes, contacts.modes, self.before]
-            outputs = [self._solver.kinds, self._solver.axes, self.change]
-            self._launch(k.impose, m.contact_count, inputs, outputs)
-        inputs = [a.masses.fixed, self.before]
-        self._launch(k.hold_fixed, m.node_count, inputs, [self._solver.kinds, self.change])
+        """Launch a solve with the modes as they are, and what follows from it for bodies."""
+        self._ground.impose(contacts, self.change)
         freedom = Freedom(self._solver.kinds, self._solver.axes, contacts.slip_stiffness)
         if renew:
             self.preconditioner.renew(freedom)
@@ -207,7 +167,7 @@ class ContactResolution:
             self._add_up()
             self._pairs.impose(contacts.pairs, self._velocities)
             self._take_difference()
-            rows = PairRows(self._pairs, contacts.pairs, self._velocities)
+            rows = PairConstraints(self._pairs, contacts.pairs, self._velocities)
         slip_stiffness = contacts.slip_stiffness
         known = (self.right_with_slip, slip_stiffness, self.change)
         self._solver.solve(*known, rows, first=first)
@@ -252,33 +212,21 @@ class ContactResolution:
         self._launch(k.balance, len(self._groups), inputs, [self.change, self.carry])
 
     def _launch_update(self, contacts: Contacts) -> None:
-        m, solver = self._model, self._solver
+        """Launch the impulses of the last solve, and the modes of the next one."""
+        solver = self._solver
         right, pairs = self.right, contacts.pairs
         if self._pairs is not None and pairs is not None:
             self._add_up()
             known = [self.right_with_slip, contacts.slip_stiffness, self.change]
             residual = solver.residual(*known)
             right = self._pairs.find_impulses(pairs, self._velocities, self.right, residual)
-        self._launch_ground(contacts, right)
+        self._ground.update(contacts, right, self.velocity_update, self.right_with_slip)
         if self._pairs is not None and pairs is not None:
             self._pairs.update(pairs, self._velocities, solver.counters, solver.scalars)
-        inputs = [m.options.max_contact_passes, contacts.modes, self._record]
-        outputs = [solver.counters, self._largest_violations, self._worst]
-        self._launch(self._conclusion.conclude_ground, 1, inputs, outputs)
+        self._ground.conclude(contacts)
         if self._pairs is not None and pairs is not None:
-            self._pairs.conclude(pairs, solver.counters, self._largest_violations)
+            self._pairs.conclude(pairs, solver.counters, self._ground.largest_violations)
             self._add_pair_frictions(contacts)
-
-    def _launch_ground(self, contacts: Contacts, right: Any) -> None:
-        """Launch the modes of the ground's contacts; ``right`` holds the impulses of pairs too."""
-        m, solver = self._model, self._solver
-        if m.arrays.ground is None:
-            return
-        inputs = [self._ground, self._rows, self._assembly.node_rotations, self._assembly.values]
-        inputs += [right, self.velocity_update, self._planes, solver.counters, solver.scalars]
-        states = struct_of(self._structs.ContactStates, contacts)
-        outputs = [states, self.right_with_slip, self._record]
-        self._launch(self._kernels.update_modes, m.contact_count, inputs, outputs)
 
     def launch_turning(
         self,
@@ -300,12 +248,6 @@ class ContactResolution:
         moved = (self.outer_impulses, self.before, self.change)
         self.accountant.launch(contacts, normals, *moved, found)
 
-    def _worst_node(self) -> int:
-        """Of the last pass: the node that misses its law of contact with the ground most."""
-        if not self._model.contact_count:
-            return -1
-        return int(self._model.body.mesh.surface_nodes[int(self._worst.numpy()[0])])
-
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
         counters = self._read_counters()
@@ -322,7 +264,7 @@ class ContactResolution:
         target, floor = scalars[Scalar.TARGET_SQUARE], scalars[Scalar.FLOOR_SQUARE]
         eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
         dt = options.time_step
-        signorini, coulomb = (float(v) / dt for v in self._read_violations()[0])
+        signorini, coulomb = (float(v) / dt for v in self._ground.read_violations())
         settled = int(counters[Counter.CHANGED]) == 0
         worst = None if settled or self._pairs is None else self._pairs.worst()
         return StepStatistics(
@@ -338,6 +280,6 @@ class ContactResolution:
             fastest=fastest,
             signorini=signorini,
             coulomb=coulomb,
-            worst_node=-1 if settled else self._worst_node(),
+            worst_node=-1 if settled else self._ground.worst_node(),
             worst_pair=worst,
         )

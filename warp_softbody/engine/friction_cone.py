@@ -1,4 +1,4 @@
-"""Which kernels resolve the friction of a model."""
+"""Which law of friction a model has: the choice of the active set's kernels."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 from warp_softbody.engine.model import Model
 from warp_softbody.errors import InputError
-from warp_softbody.kernels.contact.active_set import make_contact
+from warp_softbody.kernels.contact.active_set import make_active_set
 
 
-def make_friction(model: Model) -> SimpleNamespace:
-    """The contact kernels of the friction and of the cone that a model has.
+def active_set_of(model: Model) -> SimpleNamespace:
+    """The kernels of the active set for the law and the cone of friction that a model has.
 
     Raises:
         InputError: where a polygon is asked for together with friction by direction, whose factors
@@ -22,4 +22,4 @@ def make_friction(model: Model) -> SimpleNamespace:
         raise InputError(
             f"directional friction needs the smooth cone, got cone {model.options.cone!r}"
         )
-    return make_contact(model.options.precision, directional, directions)
+    return make_active_set(model.options.precision, directional, directions)

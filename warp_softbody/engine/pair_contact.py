@@ -16,8 +16,9 @@ from warp_softbody.engine.model import Model
 from warp_softbody.engine.pair_detection import PairDetection, mean_edges
 from warp_softbody.engine.pair_ending import PairEnding
 from warp_softbody.engine.state import PairStates, State
-from warp_softbody.kernels.contact.pair_active_set import make_pair_modes
-from warp_softbody.kernels.contact.pair_constraints import make_pair_rows
+from warp_softbody.kernels.contact.pair_active_set import make_pair_active_set
+from warp_softbody.kernels.contact.pair_constraints import make_pair_constraints
+from warp_softbody.kernels.contact.pair_ending import Round
 from warp_softbody.kernels.contact.pass_conclusion import make_pass_conclusion
 from warp_softbody.kernels.contact.structs import make_contact_structs, make_pair_structs
 from warp_softbody.linear.pcg import ConjugateGradients
@@ -34,8 +35,8 @@ def slowest_approach(model: Model) -> float:
 
 
 @dataclass(frozen=True)
-class Known:
-    """What a step knows beside its pairs: arrays as in `ContactResolution` and `Contacts`.
+class StepVectors:
+    """What a step knows beside its pairs: arrays as in `ContactSolver` and `Contacts`.
 
     ``add_up`` launches the velocities from the change, ``take_difference`` the change from them.
     """
@@ -66,8 +67,8 @@ class PairContact:
         precision = model.options.precision
         self._model = model
         self._matrix = matrix
-        self._rows = make_pair_rows(precision)
-        self._modes = make_pair_modes(precision)
+        self._rows = make_pair_constraints(precision)
+        self._modes = make_pair_active_set(precision)
         self._conclusion = make_pass_conclusion(precision)
         self._structs = make_pair_structs(precision)
         structs = make_contact_structs(precision)
@@ -180,7 +181,7 @@ class PairContact:
         pairs: PairStates,
         solve: Callable[[PairStates | None], None],
         solver: ConjugateGradients,
-        known: Known,
+        known: StepVectors,
     ) -> None:
         """Launch the end of a step whose pairs did not settle.
 
@@ -203,7 +204,7 @@ class PairContact:
             sides = [known.before, known.right, known.velocities]
             ending.prune(bound, last, self._largest_impulse, sides)
 
-        wp.capture_while(ending.rounds[0:1], take_away)
+        wp.capture_while(ending.rounds[Round.AGAIN : Round.AGAIN + 1], take_away)
         ending.clip(bound, pairs)
 
         def give_forces() -> None:
@@ -219,10 +220,10 @@ class PairContact:
             ending.end(bound, pairs, known.before, known.right, known.velocities)
             known.take_difference()
 
-        wp.capture_if(ending.rounds[2:3], give_forces)
+        wp.capture_if(ending.rounds[Round.TOO_FEW : Round.TOO_FEW + 1], give_forces)
 
 
-class PairRows:
+class PairConstraints:
     """Pairs with the states of a step, as constraints on its solves."""
 
     def __init__(self, contact: PairContact, pairs: PairStates, velocities: Any) -> None:

@@ -10,15 +10,14 @@ import warp as wp
 from warp_softbody.device.launching import launch
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import PairStates
-from warp_softbody.kernels.contact.pair_ending import make_pair_ending
+from warp_softbody.kernels.contact.pair_ending import Round, make_pair_ending
 
 
 class PairEnding:
     """Work arrays and launches; all of them can be captured.
 
     Attributes:
-        rounds: (4,) int, whether another round is due, how many there were, whether they did not
-            suffice, and whether the solve lost itself.
+        rounds: (4,) int32, by `Round`.
     """
 
     def __init__(self, model: Model) -> None:
@@ -31,7 +30,7 @@ class PairEnding:
         self._frictions = model.zeros(count, types.vec3)
         self._stiffness = model.zeros(count, types.mat33)
         self._without = model.zeros(model.node_count, types.vec3)
-        self.rounds = model.zeros(4, wp.int32)
+        self.rounds = model.zeros(len(Round), wp.int32)
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device

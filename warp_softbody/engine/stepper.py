@@ -19,14 +19,14 @@ from warp_softbody.device.structs import struct_of
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import captured
 from warp_softbody.engine.assembly import Assembly
-from warp_softbody.engine.contact_solver import ContactResolution
+from warp_softbody.engine.contact_solver import ContactSolver
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.momentum_account import Account
 from warp_softbody.engine.parallel import Workers
 from warp_softbody.engine.state import Contacts, Control, State, check_tensions, checked_parts
 from warp_softbody.engine.step_statistics import StepClock, StepStatistics
 from warp_softbody.inputs import checks
-from warp_softbody.kernels.contact.step_ends import make_contact_ends
+from warp_softbody.kernels.contact.step_ends import make_step_ends
 from warp_softbody.kernels.muscles import make_muscles
 
 Part = Literal["assembly", "solve", "contact"]
@@ -63,7 +63,7 @@ class Stepper:
         self.model = model
         self._device = model.options.device
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
-        self._ends = make_contact_ends(model.options.precision)
+        self._ends = make_step_ends(model.options.precision)
         self.assembly = Assembly(model)
         self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
@@ -75,7 +75,7 @@ class Stepper:
         mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
-        self.contact = ContactResolution(model, self.assembly)
+        self.contact = ContactSolver(model, self.assembly)
         self._renewed = False
         self.assembled: State | None = None
         self._graphs: dict[tuple[Any, ...], Any] = {}
