@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.widening import make_widening
 
 SUBJECT = "account"
 
@@ -22,11 +23,8 @@ def make_account(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    wide = make_widening(precision, SUBJECT).wide
     vec3d = wp.vec3d
-
-    @func
-    def wide(v: vec3):
-        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
 
     @func
     def size_of(v: vec3d):

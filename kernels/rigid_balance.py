@@ -24,6 +24,7 @@ import warp as wp
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.widening import make_widening
 
 SUBJECT = "rigid_balance"
 
@@ -37,13 +38,10 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    wide = make_widening(precision, SUBJECT).wide
     vec3d, mat33d = wp.vec3d, wp.mat33d
     least_inertia = wp.constant(wp.float64(1e-12))
     least_square = wp.constant(wp.float64(LEAST_ANGLE * LEAST_ANGLE))
-
-    @func
-    def wide(v: vec3):
-        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
 
     @func
     def wide_block(m: mat33):

@@ -21,6 +21,7 @@ import warp as wp
 
 from warp_softbody.kernels.linear.codes import Counter, VelocityConstraint
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.widening import make_widening
 
 SUBJECT = "turning"
 
@@ -48,6 +49,8 @@ def make_turning(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, vec4 = types.scalar, types.vec3, types.vec4
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    widening = make_widening(precision, SUBJECT)
+    wide, narrow = widening.wide, widening.narrow
     axis_stages, axis_iterations = wp.constant(AXIS_STAGES), wp.constant(AXIS_ITERATIONS)
     most_angle = wp.constant(wp.float64(MOST_ANGLE))
     vec3d, mat33d = wp.vec3d, wp.mat33d
@@ -55,14 +58,6 @@ def make_turning(precision: str) -> SimpleNamespace:
     least_inertia = wp.constant(wp.float64(1e-12))
     least_swelling = wp.constant(wp.float64(LEAST_SWELLING))
     swelling_span = wp.constant(wp.float64(FULL_SWELLING - LEAST_SWELLING))
-
-    @func
-    def wide(v: vec3):
-        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
-
-    @func
-    def narrow(v: vec3d):
-        return vec3(scalar(v[0]), scalar(v[1]), scalar(v[2]))
 
     @func
     def body_of(node: int, body_start: wp.array(dtype=int)):

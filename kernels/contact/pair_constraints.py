@@ -26,6 +26,7 @@ from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.widening import make_widening
 
 SUBJECT = "pairs"
 
@@ -44,8 +45,10 @@ contradict."""
 def make_pair_constraints(precision: str) -> SimpleNamespace:
     """Kernels that project nodal vectors, and functions for the other kernels of pairs."""
     types = real(precision)
-    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    vec3, mat33 = types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    widening = make_widening(precision, SUBJECT)
+    wide, narrow = widening.wide, widening.narrow
     most = wp.constant(MOST_ITERATIONS)
     vec3d = wp.vec3d
     enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
@@ -54,14 +57,6 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
     structs = make_pair_structs(precision)
     Pairs, DelassusWork = structs.Pairs, structs.DelassusWork
     NodeConstraints = structs.NodeConstraints
-
-    @func
-    def wide(v: vec3):
-        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
-
-    @func
-    def narrow(v: vec3d):
-        return vec3(scalar(v[0]), scalar(v[1]), scalar(v[2]))
 
     @func
     def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):

@@ -1,9 +1,9 @@
 """How a step ends whose pairs did not settle: safe, though not exact.
 
-Pairs that pressed hold their normal velocity, and their friction, cut to its cone, is a given
-force. What then pulls is let go, what leaves its cone is cut again, and friction that drives what
-it should brake is left out, round by round: nothing is taken up again, so this comes to an end, and
-no energy is gained but by what pushes sunken bodies apart.
+Pairs that pressed keep their normal velocity given, and their friction, cut to its cone, becomes a
+given force. Round by round, pairs with a tensile impulse are released, friction beyond its cone is
+cut again, and friction that adds energy is dropped. Nothing is taken up again, so the rounds come
+to an end, and no energy is gained but by what pushes bodies apart that are sunk in each other.
 
 Should the rounds not suffice, or the solve lose itself among rows that contradict, the impulses as
 they are, cut to the laws, act as given forces. Where they would add energy at the velocities that

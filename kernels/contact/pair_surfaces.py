@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.widening import make_widening
 
 SUBJECT = "pair_detection"
 
@@ -23,6 +24,7 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    wide = make_widening(precision, SUBJECT).wide
     vec3d = wp.vec3d
     tilt_a, tilt_b = wp.constant(wp.float64(TILT[0])), wp.constant(wp.float64(TILT[1]))
 
@@ -123,10 +125,6 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
     def sunk(s: Surfaces, body: int, low: vec3, high: vec3):
         # how deep a box is in that around a body; less than zero: how far apart they are
         return wp.min(wp.min(s.high[body] - low, high - s.low[body]))
-
-    @func
-    def wide(v: vec3):
-        return vec3d(wp.float64(v[0]), wp.float64(v[1]), wp.float64(v[2]))
 
     @func
     def met(a: vec3d, b: vec3d, c: vec3d, p: vec3d, d: vec3d):

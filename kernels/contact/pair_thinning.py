@@ -1,4 +1,4 @@
-"""Which of the pairs found are needed.
+"""The choice of the pairs of a step among the candidates found.
 
 Where two flat surfaces meet, the nodes of each have pairs with the faces of the other. Half of them
 would repeat the other half, and hold together what may shear. Of two bodies the one whose nodes

@@ -1,4 +1,4 @@
-"""What counts as zero in contact: impulses and speeds, in proportion to the bodies."""
+"""What counts as zero in contact with the ground: impulses and speeds, in proportion to bodies."""
 
 from __future__ import annotations
 

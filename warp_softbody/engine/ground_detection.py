@@ -1,4 +1,4 @@
-"""From a ground to the contact planes of the surface nodes, one kernel for each kind of ground."""
+"""The contact planes of the surface nodes on a ground, with one kernel for each kind of ground."""
 
 from __future__ import annotations
 

@@ -36,9 +36,14 @@ def slowest_approach(model: Model) -> float:
 
 @dataclass(frozen=True)
 class StepVectors:
-    """What a step knows beside its pairs: arrays as in `ContactSolver` and `Contacts`.
+    """The vectors of a step that the ending of unsettled pairs works on.
 
-    ``add_up`` launches the velocities from the change, ``take_difference`` the change from them.
+    Attributes:
+        right, right_with_slip: (n,) vec3 N s, as in `ContactSolver`.
+        ground_frictions, slip_stiffness: those of `Contacts`, at nodes.
+        before, change, velocities: (n,) vec3 m/s, before the step, what it adds, and their sum.
+        add_up: launches the sum.
+        take_difference: launches the change from the sum.
     """
 
     right: Any
@@ -53,7 +58,7 @@ class StepVectors:
 
 
 class PairContact:
-    """Rows, projections and modes of pairs; launches are capturable but for `find`.
+    """Velocity constraints and active set of pairs; all launches but `find` can be captured.
 
     Attributes:
         found: the pairs that there are in a step.
@@ -94,7 +99,7 @@ class PairContact:
         launch(kernel, dim, inputs, outputs, device)
 
     def find(self, state: State, pairs: PairStates) -> None:
-        """The pairs of a step, from where it starts; a node that has none lifts."""
+        """Find the pairs of a step that starts from ``state``; what has no partner lifts."""
         self._nodes = pairs.nodes
         with_kernels(lambda: self._detection.find(state, pairs))
 
@@ -109,14 +114,15 @@ class PairContact:
         return self.found.normals
 
     def _bound(self, pairs: PairStates) -> Any:
-        """The struct that kernels take, on the caller's states."""
+        """The struct of the pairs found, with the nodes and weights of the caller's states."""
         return struct_of(self._structs.Pairs, self.found, nodes=pairs.nodes, weights=pairs.weights)
 
     def _shared(self, pairs: PairStates) -> list[Any]:
+        """What every kernel of the constraints takes first."""
         return [self._bound(pairs), pairs.modes, self._constraints]
 
     def impose(self, pairs: PairStates, x: Any) -> None:
-        """Launch the relative velocities that the modes give."""
+        """Launch the list of active pairs, and the relative velocities that their modes give."""
         inputs = [pairs.modes, self._constraints]
         self._launch(self._rows.list_rows, inputs, [self._bound(pairs)])
         self._launch(self._rows.impose, self._shared(pairs), [self._work, x])

@@ -1,4 +1,4 @@
-"""Finds what may touch in a step: nodes and triangles, and sharp edges across each other."""
+"""Finds the pairs of a step: nodes with triangles, and sharp edges across each other."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class PairDetection:
         self._numbers = model.zeros(bodies * bodies, wp.int32)
 
     def find(self, state: State, states: PairStates) -> None:
-        """Nodes, weights, normals and least speeds of all pairs, and modes of none."""
+        """Find the pairs of a step that starts from ``state``; modes of what has none are lift."""
         where = [state.positions, state.velocities]
         s = self._surfaces
         self._launch(self._search.follow, 1, where, [self._points, s.drift, s.fastest])
@@ -182,7 +182,7 @@ class PairDetection:
 
 
 class CrossingEdges:
-    """Finds sharp edges of one body across those of another, and edges that lead through one.
+    """Finds sharp edges of one body that cross those of another, and edges that lead through one.
 
     Attributes:
         edges: of all bodies, as the kernels see them.

@@ -1,4 +1,4 @@
-"""The end of a step whose pairs did not settle (kernels/contact/pair_ending.py)."""
+"""How a step ends whose pairs did not settle: the launches of kernels/contact/pair_ending.py."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warp_softbody.kernels.contact.pair_ending import Round, make_pair_ending
 
 
 class PairEnding:
-    """Work arrays and launches; all of them can be captured.
+    """Releases pairs in rounds, or scales their impulses; all launches can be captured.
 
     Attributes:
         rounds: (4,) int32, by `Round`.
