@@ -51,6 +51,12 @@ def make_pair_edges(precision: str) -> SimpleNamespace:
 
     @wp.struct
     class Edges:
+        """The edges of the surfaces.
+
+        ``ends`` are their two nodes, ``faces`` the triangles at both sides, ``opposite`` the third
+        nodes of those, and ``of_face`` the three edges of each triangle.
+        """
+
         ends: wp.array(dtype=wp.vec2i)
         faces: wp.array(dtype=wp.vec2i)
         opposite: wp.array(dtype=wp.vec2i)

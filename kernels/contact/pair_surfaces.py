@@ -30,6 +30,18 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
 
     @wp.struct
     class Surfaces:
+        """The surfaces of all bodies, of s nodes and f triangles.
+
+        ``tree`` is the search tree over the triangles ``faces`` (f,), whose ``face_normals`` (f,)
+        m^2 are twice their area long. ``nodes`` (s,) are the surface nodes and ``slots`` (n,) their
+        places in it; ``sizes`` (s,) m the mean lengths of the edges around them. ``node_body`` (n,)
+        and ``fixed`` (n,) are of all nodes, ``rest`` (n,) m their places at rest.
+
+        ``rank`` (bodies,) orders bodies from the finest to the coarsest, ``low`` and ``high``
+        (bodies,) m are the corners of the boxes around them. ``drift`` (1,) m/s is the mean
+        velocity, ``fastest`` (1,) m/s the largest speed relative to it.
+        """
+
         tree: wp.uint64
         nodes: wp.array(dtype=int)
         slots: wp.array(dtype=int)

@@ -90,21 +90,25 @@ class PairDetection:
         slots[mesh.surface_nodes] = np.arange(len(mesh.surface_nodes))
         self._points = model.array(mesh.points.astype(np.float32), wp.vec3f)
         self._tree: Any = wp.Mesh(self._points, model.array(mesh.surface.ravel(), wp.int32))
-        s = self._surfaces = self._search.Surfaces()
-        s.tree = self._tree.id
-        s.nodes = model.arrays.mesh.surface_nodes
-        s.slots = model.array(slots, wp.int32)
         sizes = mean_edges(mesh.points, mesh.surface)[mesh.surface_nodes]
-        s.sizes = model.array(sizes, types.scalar)
-        s.fixed = model.arrays.masses.fixed
-        s.node_body = model.array(scene.node_bodies, wp.int32)
-        s.rank = model.array(rank_of(scene), wp.int32)
-        s.faces = model.array(mesh.surface, wp.vec3i)
-        s.face_normals = model.zeros(len(mesh.surface), types.vec3)
-        s.rest = model.array(mesh.points, types.vec3)
-        s.low, s.high = model.zeros(bodies, types.vec3), model.zeros(bodies, types.vec3)
-        s.drift, s.fastest = model.zeros(1, types.vec3), model.zeros(1, types.scalar)
-        s.step_factors = model.arrays.step.factors
+        self._surfaces = struct_of(
+            self._search.Surfaces,
+            tree=self._tree.id,
+            nodes=model.arrays.mesh.surface_nodes,
+            slots=model.array(slots, wp.int32),
+            sizes=model.array(sizes, types.scalar),
+            node_body=model.array(scene.node_bodies, wp.int32),
+            fixed=model.arrays.masses.fixed,
+            rank=model.array(rank_of(scene), wp.int32),
+            faces=model.array(mesh.surface, wp.vec3i),
+            face_normals=model.zeros(len(mesh.surface), types.vec3),
+            rest=model.array(mesh.points, types.vec3),
+            low=model.zeros(bodies, types.vec3),
+            high=model.zeros(bodies, types.vec3),
+            drift=model.zeros(1, types.vec3),
+            fastest=model.zeros(1, types.scalar),
+            step_factors=model.arrays.step.factors,
+        )
         body_ends = [0, *(part.nodes.stop for part in scene.parts)]
         self._body_start = model.array(np.array(body_ends, dtype=np.int32), wp.int32)
 
@@ -199,11 +203,13 @@ class CrossingEdges:
         self._thinning = make_pair_thinning(precision)
         found = SurfaceEdges.of(model.body.mesh.surface)
         count = self._count = len(found.ends) if model.scene.others else 0
-        self.edges = self._kernels.Edges()
-        self.edges.ends = model.array(found.ends[:count], wp.vec2i)
-        self.edges.faces = model.array(found.faces[:count], wp.vec2i)
-        self.edges.opposite = model.array(found.opposite[:count], wp.vec2i)
-        self.edges.of_face = model.array(found.of_face, wp.vec3i)
+        self.edges = struct_of(
+            self._kernels.Edges,
+            ends=model.array(found.ends[:count], wp.vec2i),
+            faces=model.array(found.faces[:count], wp.vec2i),
+            opposite=model.array(found.opposite[:count], wp.vec2i),
+            of_face=model.array(found.of_face, wp.vec3i),
+        )
         met = EdgeCandidates.of(count, model.allocator)
         self.met = struct_of(make_pair_structs(precision).EdgeCandidates, met)
 
