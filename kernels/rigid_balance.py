@@ -106,16 +106,23 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         identity = wp.identity(n=3, dtype=wp.float64)
         return mass * (wp.length_sq(arm) * identity - wp.outer(arm, arm))
 
+    @wp.struct
+    class FreeBodies:
+        # what stays constant: first node of each body, number of the group of each, masses of the
+        # nodes, kg, without and with damping, gravity, dt and its factors, and whether angular
+        # momentum is balanced too
+        node_start: wp.array(dtype=int)
+        groups: wp.array(dtype=int)
+        mass: wp.array(dtype=scalar)
+        damped_mass: wp.array(dtype=scalar)
+        gravity: wp.array(dtype=vec3)
+        step_factors: wp.array(dtype=scalar)
+        turns: int
+
     @kernel
     def balance(
         # model
-        node_start: wp.array(dtype=int),
-        groups: wp.array(dtype=int),
-        masses: wp.array(dtype=scalar),
-        damped_masses: wp.array(dtype=scalar),
-        gravity: wp.array(dtype=vec3),
-        step_factors: wp.array(dtype=scalar),
-        turns: int,
+        bodies: FreeBodies,
         # in
         positions: wp.array(dtype=vec3),
         kinds: wp.array(dtype=int),
@@ -130,14 +137,14 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         # out
         carry: wp.array(dtype=vec3d),
     ):
-        # one thread a group, the one of its first body; sums in double precision; ``turns``:
-        # whether angular momentum is balanced too. Of a body the carries of both stand side by side
+        # one thread a group, the one of its first body; sums in double precision. The carries of
+        # both momenta of a body stand side by side
         group = wp.tid()
         carry[2 * group] = vec3d()
         carry[2 * group + 1] = vec3d()
-        if groups[group] != group:
+        if bodies.groups[group] != group:
             return
-        projector = directions_left(group, node_start, groups, kinds, axes)
+        projector = directions_left(group, bodies.node_start, bodies.groups, kinds, axes)
         if wp.trace(projector) < wp.float64(0.5):
             return
         missing = vec3d()
@@ -145,23 +152,23 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         answer = mat33d()
         center = vec3d()
         mass = wp.float64(0.0)
-        fall = wp.float64(step_factors[0]) * wide(gravity[0])
+        fall = wp.float64(bodies.step_factors[0]) * wide(bodies.gravity[0])
         # moments about a point of the body, where sums lose no digits
-        pivot = wide(positions[node_start[group]])
+        pivot = wide(positions[bodies.node_start[group]])
         moments = mat33d()
-        for body in range(groups.shape[0]):
-            if groups[body] == group:
+        for body in range(bodies.groups.shape[0]):
+            if bodies.groups[body] == group:
                 missing += carried[2 * body]
                 turning += carried[2 * body + 1]
-                for i in range(node_start[body], node_start[body + 1]):
-                    m = wp.float64(masses[i])
-                    damped = wp.float64(damped_masses[i])
+                for i in range(bodies.node_start[body], bodies.node_start[body + 1]):
+                    m = wp.float64(bodies.mass[i])
+                    damped = wp.float64(bodies.damped_mass[i])
                     old = wide(before[i])
                     own = m * fall + wide(outer_impulses[i])
                     own -= damped * wide(change[i]) + (damped - m) * old
                     mass += damped
                     missing += own
-                    if turns != 0:
+                    if bodies.turns != 0:
                         arm = wide(positions[i]) - pivot
                         center += damped * arm
                         turning += wp.cross(arm, own)
@@ -179,7 +186,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         shift = projector * (wp.inverse(inner) * missing)
         turn = vec3d()
         center = center / mass
-        free_to_turn = turns != 0 and wp.trace(projector) > wp.float64(2.5)
+        free_to_turn = bodies.turns != 0 and wp.trace(projector) > wp.float64(2.5)
         if free_to_turn:
             # about the centre of mass; a body of one line of nodes has no inertia about it
             turning -= wp.cross(center, whole)
@@ -189,16 +196,16 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                 turn = wp.inverse(moments) * turning
         taken = vec3d()
         turned = vec3d()
-        for body in range(groups.shape[0]):
-            if groups[body] == group:
-                for i in range(node_start[body], node_start[body + 1]):
+        for body in range(bodies.groups.shape[0]):
+            if bodies.groups[body] == group:
+                for i in range(bodies.node_start[body], bodies.node_start[body + 1]):
                     arm = wide(positions[i]) - pivot - center
                     new = wide(change[i]) + shift + wp.cross(turn, arm)
                     # the velocity after the step, as it will be rounded
                     last = before[i] + vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
                     gained = wide(last) - wide(before[i]) - wide(change[i])
                     change[i] = vec3(scalar(new[0]), scalar(new[1]), scalar(new[2]))
-                    impulse = wp.float64(damped_masses[i]) * gained
+                    impulse = wp.float64(bodies.damped_mass[i]) * gained
                     taken += impulse
                     if free_to_turn:
                         turned += wp.cross(arm, impulse)
@@ -235,4 +242,4 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                         if groups[body] == wp.max(one, other):
                             groups[body] = wp.min(one, other)
 
-    return SimpleNamespace(join_touching=join_touching, balance=balance)
+    return SimpleNamespace(FreeBodies=FreeBodies, join_touching=join_touching, balance=balance)

@@ -20,7 +20,6 @@ ROOT = Path(__file__).parents[2]
 MOST_ARGUMENTS = 12
 # Kernels that still take more arguments than that without a struct for some of them.
 TOO_MANY = {
-    "balance",
     "enter_frames",
     "find_frames",
     "find_spins",

@@ -59,6 +59,7 @@ class ContactSolver:
         self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
         self.carry = model.zeros(2 * bodies, wp.vec3d)
         self._ends = make_step_ends(model.options.precision)
+        self._free_bodies = self._make_free_bodies()
         self.right = model.zeros(n, types.vec3)
         self.right_with_slip = model.zeros(n, types.vec3)
         self.outer_impulses = model.zeros(n, types.vec3)
@@ -83,6 +84,16 @@ class ContactSolver:
         self._fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
             self._pairs = PairContact(model, self._solver, assembly.values)
+
+    def _make_free_bodies(self) -> Any:
+        """What the balance of momenta takes as constant."""
+        a, bodies = self._model.arrays, self._rigid_balance.FreeBodies()
+        bodies.node_start, bodies.groups = a.step.body_start, self._groups
+        bodies.mass, bodies.damped_mass = a.masses.mass, a.masses.damped_mass
+        bodies.gravity, bodies.step_factors = a.step.gravity, a.step.factors
+        # Newton's method has other arms in every iteration
+        bodies.turns = int(self._model.options.newton_iterations == 1)
+        return bodies
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
@@ -199,15 +210,12 @@ class ContactSolver:
             inputs += [contacts.pairs.nodes, contacts.pairs.modes]
             self._launch(k.join_touching, 1, inputs, [self._groups])
         inputs = [
-            a.step.body_start,
-            self._groups,
-            a.masses.mass,
-            a.masses.damped_mass,
-            a.step.gravity,
+            self._free_bodies,
+            state.positions,
+            solver.kinds,
+            solver.axes,
+            contacts.slip_stiffness,
         ]
-        # Newton's method has other arms in every iteration
-        inputs += [a.step.factors, int(self._model.options.newton_iterations == 1)]
-        inputs += [state.positions, solver.kinds, solver.axes, contacts.slip_stiffness]
         inputs += [contacts.friction_forces, self.outer_impulses, self.before, state.carry]
         self._launch(k.balance, len(self._groups), inputs, [self.change, self.carry])
 
