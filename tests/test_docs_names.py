@@ -69,6 +69,8 @@ def test_commands_that_pages_name_help(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", [command, "--help"])
+    # another test may have imported it
+    monkeypatch.delitem(sys.modules, command, raising=False)
     with pytest.raises(SystemExit) as ended:
         runpy.run_module(command, run_name="__main__", alter_sys=True)
     assert ended.value.code == 0
