@@ -8,14 +8,18 @@ from tests.support.bodies import EXACT, Rig, epsilon, numbers
 from tests.verification import reference
 from tests.verification.accuracy import damping_forces
 from tests.verification.smoothed_reference import smoothed_forces
+from tests.verification.volume_reference import volume_forces
 from warp_softbody.arrays import FloatArray
 
 
 def elastic_forces(body: Rig, points: FloatArray) -> FloatArray:
     """Of the body's elements at some positions, (n, 3) N."""
     character = body.model.scene.character
-    smoothed = body.model.options.elements == "smoothed"
-    formula = smoothed_forces if smoothed else reference.elastic_forces
+    formula = reference.elastic_forces
+    if body.model.options.elements == "smoothed":
+        formula = smoothed_forces
+    elif character.material.volume == "exact":
+        formula = volume_forces
     return formula(character.mesh, character.material, points)
 
 

@@ -16,6 +16,7 @@ from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
 from warp_softbody.kernels.elastic.rotation_lanes import GROUP, rotation_lanes_on
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
 from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent
+from warp_softbody.kernels.elastic.volume_tangent import make_volume_tangent
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,11 @@ class Assembly:
         if options.tangent != "warped":
             self._tangent = make_tangent(options.precision)
             self._couplings = model.zeros(4 * m, types.mat33)
+            self._tangent_kind = int(TangentKind[options.tangent.upper()])
+            if self._exact_volume is not None:
+                self._volume_tangent = make_volume_tangent(options.precision)
+                twisted = self._tangent_kind == TangentKind.EXACT
+                self._twists = model.zeros(4 * m if twisted else 0, types.vec3)
         if options.elements == "smoothed":
             self._smoothing = make_smoothing(options.precision)
             self._deformations = model.zeros(m, types.mat33)
@@ -201,17 +207,28 @@ class Assembly:
         self._each_edge(self._smoothing.smoothed_edges, first, last, self._volume_gradients)
 
     def _couple(self, positions: Any, first: int, last: int) -> None:
-        kind = int(TangentKind[self._model.options.tangent.upper()])
         for part, a, b in self._by_body("tets", first, last):
             tets, rest_inverse, _ = self._body(a, b)
-            body = [tets, rest_inverse, part.lame, kind]
-            corners = slice(4 * a, 4 * b)
-            inputs = [*body, positions, self.rotations[a:b], self._gradients[corners]]
+            body, corners = [tets, rest_inverse, part.lame], slice(4 * a, 4 * b)
+            now = [positions, self.rotations[a:b], self._gradients[corners]]
             outputs = [self._couplings[corners]]
+            if part.material.volume == "exact" and self._tangent_kind == TangentKind.EXACT:
+                outputs.append(self._twists[corners])
+                self._launch(self._volume_tangent.couple_tets, a, b, [*body, *now], outputs)
+                continue
+            # the conserving tangent adds to the shear alone, whatever resists the volume
+            inputs = [*body, self._tangent_kind, *now]
             self._launch(self._tangent.couple_tets, a, b, inputs, outputs)
 
     def _coupled_edges(self, first: int, last: int) -> None:
-        self._each_edge(self._tangent.coupled_edges, first, last, self._couplings)
+        for part, a, b in self._by_body("edges", first, last):
+            if part.material.volume == "exact":
+                *model, gradients = self._edge_inputs(part, a, b)
+                now = [gradients, self._volume_gradients, self._couplings, self._twists]
+                inputs = [*model, self._tangent_kind, *now]
+                self._launch(self._volume_tangent.coupled_edges, a, b, inputs, [self.values])
+            else:
+                self._each_edge(self._tangent.coupled_edges, a, b, self._couplings)
 
     def _nodes(self, velocities: Any, first: int, last: int) -> None:
         arrays = self._model.arrays

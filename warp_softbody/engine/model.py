@@ -163,13 +163,10 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
 
 def _refuse_mixtures(scene: Scene, options: SimulationOptions) -> None:
     for character in scene.characters:
-        if character.material.volume == "exact" and (
-            options.elements != "linear" or options.tangent != "warped"
-        ):
+        if character.material.volume == "exact" and options.elements != "linear":
             raise InputError(
                 f"body {character.name!r} resists its exact change of volume, which linear "
-                f"elements with the warped tangent know alone, got {options.elements} elements "
-                f"and the {options.tangent} tangent"
+                f"elements know alone, got {options.elements} elements"
             )
 
 
