@@ -5,44 +5,26 @@
     python -m benchmarks.robustness --journal runs.jsonl --write docs/robustness.md
 
 A run is printed as soon as it is done. With a journal, a command that was stopped goes on where it
-was; delete the file after a change of the motions.
+was; runs of another state of the program are made anew.
 """
 
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Sequence
-from concurrent.futures import as_completed
 from pathlib import Path
 
 from benchmarks.beam.arguments import count
 from benchmarks.motions.criteria import CRITERIA
-from benchmarks.robustness.runs import VariationJournal, run
+from benchmarks.robustness.outcomes import Cell, OutcomeJournal, VariationOutcome
+from benchmarks.robustness.sweep import fill
 from benchmarks.robustness.table import markdown, write
-from benchmarks.robustness.variations import VARIATIONS, make_meshes
-from warp_softbody.accuracy.runs.workers import workers
+from benchmarks.robustness.variations import VARIATIONS
 
 
-def fill(
-    journal: VariationJournal,
-    scenes: Sequence[str],
-    variations: Sequence[str],
-    count: int,
-    seconds: float | None = None,
-) -> None:
-    """Make the runs that a journal lacks, and print each."""
-    wanted = [(scene, variation) for scene in scenes for variation in variations]
-    missing = [pair for pair in wanted if pair not in journal.outcomes]
-    with tempfile.TemporaryDirectory() as folder, workers(count) as executor:
-        meshes = Path(folder)
-        if any(VARIATIONS[variation].other_mesh for _, variation in missing):
-            make_meshes(meshes)
-        runs = [executor.submit(run, *pair, meshes, seconds) for pair in missing]
-        for done in as_completed(runs):
-            outcome = done.result()
-            journal.add(outcome)
-            print(f"{outcome.scene:17} {outcome.variation:15} {outcome}", flush=True)
+def show(outcome: VariationOutcome, _done: int, _total: int) -> None:
+    """Print a run."""
+    print(f"{outcome.scene:17} {outcome.variation:15} {outcome}", flush=True)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -58,9 +40,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if unknown := [name for name in args.scenes if name not in CRITERIA]:
         parser.error(f"no motion {unknown[0]!r}; known: {', '.join(CRITERIA)}")
     chosen = args.scenes or list(CRITERIA)
-    journal = VariationJournal(args.journal)
-    fill(journal, chosen, args.variations, args.workers, args.seconds)
-    table = markdown(journal.outcomes, chosen, args.variations)
+    journal = OutcomeJournal(args.journal)
+    cells = [
+        Cell(scene=scene, variation=VARIATIONS[name], seconds=args.seconds)
+        for scene in chosen
+        for name in args.variations
+    ]
+    fill(journal, cells, args.workers, show)
+    found = {cell.name: outcome for cell in cells if (outcome := journal.of(cell)) is not None}
+    table = markdown(found, chosen, args.variations)
     print(table)
     if args.write is not None:
         write(args.write, table)

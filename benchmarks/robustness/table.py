@@ -7,7 +7,7 @@ from pathlib import Path
 
 from benchmarks.marked_page import put
 from benchmarks.motions.criteria import CRITERIA
-from benchmarks.robustness.runs import VariationOutcome
+from benchmarks.robustness.outcomes import VariationOutcome
 
 BEGIN = "<!-- written by python -m benchmarks.robustness, from here -->"
 END = "<!-- to here -->"
@@ -24,13 +24,17 @@ def markdown(outcomes: Outcomes, scenes: Sequence[str], variations: Sequence[str
     rows = [["scene", "number", *variations, *(f"largest {name}" for name in WORST)]]
     for scene in scenes:
         done = [outcomes.get((scene, variation)) for variation in variations]
-        own, *_ = CRITERIA[scene]
-        asked = f"{own.name} {'>=' if own.at_least else '<'} {own.text(own.bound)}"
         cells = ["" if outcome is None else str(outcome) for outcome in done]
-        rows.append([f"`{scene}`", asked, *cells, *_worst(done)])
+        rows.append([f"`{scene}`", asked(scene), *cells, *_worst(done)])
     lines = ["| " + " | ".join(cells) + " |" for cells in rows]
     lines.insert(1, "|" + " --- |" * len(rows[0]))
     return "\n".join(lines)
+
+
+def asked(scene: str) -> str:
+    """The own number of a scene and its bound."""
+    own, *_ = CRITERIA[scene]
+    return f"{own.name} {'>=' if own.at_least else '<'} {own.text(own.bound)}"
 
 
 def _worst(outcomes: Sequence[VariationOutcome | None]) -> list[str]:

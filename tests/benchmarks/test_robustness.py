@@ -11,9 +11,10 @@ import pytest
 from benchmarks.motions.criteria import CRITERIA
 from benchmarks.motions.measures import lifts, slip
 from benchmarks.robustness.command import main
-from benchmarks.robustness.runs import VariationOutcome
+from benchmarks.robustness.other_meshes import make_meshes
+from benchmarks.robustness.outcomes import VariationOutcome
 from benchmarks.robustness.table import BEGIN, END, markdown
-from benchmarks.robustness.variations import VARIATIONS, make_meshes
+from benchmarks.robustness.variations import EDGES, VARIATIONS
 from warp_softbody import scenes
 from warp_softbody.accuracy.cases.body_motion import spans
 
@@ -45,7 +46,7 @@ def test_a_variation_changes_what_it_says_and_nothing_else(tmp_path: Path) -> No
 def test_another_mesh_is_of_the_same_letter(tmp_path: Path) -> None:
     """Letters are made by TetGen, which the extra `tetgen` brings."""
     pytest.importorskip("tetgen")
-    make_meshes(tmp_path, ["letter_f"])
+    make_meshes(tmp_path, EDGES, ["letter_f"])
     shipped = VARIATIONS["as shipped"].plan("slide-f", tmp_path).scene.character
     other = VARIATIONS["other mesh"].plan("slide-f", tmp_path).scene.character
     assert len(other.mesh.tets) != len(shipped.mesh.tets)
