@@ -1,0 +1,1 @@
+"""Whether every motion survives a better, a coarser or another computation of its physics."""
