@@ -24,6 +24,7 @@ import warp as wp
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.precision import real
+from warp_softbody.kernels.rigid_bodies import make_rigid_bodies
 from warp_softbody.kernels.widening import make_widening
 
 SUBJECT = "rigid_balance"
@@ -39,6 +40,9 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     wide = make_widening(precision, SUBJECT).wide
+    bodies_of = make_rigid_bodies(precision, SUBJECT)
+    body_of, merge_groups = bodies_of.body_of, bodies_of.merge_groups
+    inertia_of = bodies_of.inertia_of
     vec3d, mat33d = wp.vec3d, wp.mat33d
     least_inertia = wp.constant(wp.float64(1e-12))
     least_square = wp.constant(wp.float64(LEAST_ANGLE * LEAST_ANGLE))
@@ -50,13 +54,6 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
             wide(vec3(m[1, 0], m[1, 1], m[1, 2])),
             wide(vec3(m[2, 0], m[2, 1], m[2, 2])),
         )
-
-    @func
-    def body_of(node: int, node_start: wp.array(dtype=int)):
-        body = int(0)
-        while node_start[body + 1] <= node:
-            body += 1
-        return body
 
     @func
     def without(axis: vec3d, projector: mat33d):
@@ -100,11 +97,6 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                         if wp.trace(projector) < wp.float64(0.5):
                             return mat33d()
         return projector
-
-    @func
-    def inertia_of(arm: vec3d, mass: wp.float64):
-        identity = wp.identity(n=3, dtype=wp.float64)
-        return mass * (wp.length_sq(arm) * identity - wp.outer(arm, arm))
 
     @wp.struct
     class FreeBodies:
@@ -227,19 +219,14 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         # out
         groups: wp.array(dtype=int),
     ):
-        # in one thread; the number of a group is that of its first body
-        count = groups.shape[0]
-        for body in range(count):
+        # in one thread
+        for body in range(groups.shape[0]):
             groups[body] = body
         for number in range(found_count[0]):
             c = found[number]
             if modes[c] != Mode.LIFT:
                 # the third node is of the other side, of a triangle as of an edge
                 one = groups[body_of(nodes[c][0], node_start)]
-                other = groups[body_of(nodes[c][2], node_start)]
-                if one != other:
-                    for body in range(count):
-                        if groups[body] == wp.max(one, other):
-                            groups[body] = wp.min(one, other)
+                merge_groups(one, groups[body_of(nodes[c][2], node_start)], groups)
 
     return SimpleNamespace(FreeBodies=FreeBodies, join_touching=join_touching, balance=balance)

@@ -20,11 +20,7 @@ ROOT = Path(__file__).parents[2]
 MOST_ARGUMENTS = 12
 # Kernels that still take more arguments than that without a struct for some of them.
 TOO_MANY = {
-    "enter_frames",
-    "find_frames",
-    "find_spins",
     "finish_nodes",
-    "leave_frames",
     "residual",
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -11,9 +10,13 @@ import numpy as np
 import warp as wp
 
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import Contacts, State
-from warp_softbody.kernels.turning import PLANNED_SHARE, make_turning
+from warp_softbody.kernels.flight.arcs import make_arcs
+from warp_softbody.kernels.flight.frames import make_frames
+from warp_softbody.kernels.flight.groups import PLANNED_SHARE, make_flight_groups
+from warp_softbody.kernels.flight.structs import make_flight_structs
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.pcg import ConjugateGradients
 from warp_softbody.linear.preconditioner import Preconditioner
@@ -58,17 +61,32 @@ class Turning:
         self._model = model
         self._solver = solver
         self._preconditioner = preconditioner
-        self._kernels = make_turning(model.options.precision)
+        precision = model.options.precision
+        self._structs = make_flight_structs(precision)
+        # all of one module: made before any of them is launched
+        self._choice, self._frames = make_flight_groups(precision), make_frames(precision)
+        self._arcs = make_arcs(precision)
         factors = np.array([part.stiffness_factor for part in model.materials])
         self._stiffness_factors = model.array(factors, wp.float64)
         groups = np.arange(bodies, dtype=np.int32)
         self._groups = model.array(groups, wp.int32)
         self._turning, self._loose = (model.zeros(bodies, wp.int32) for _ in range(2))
         self._shares = model.zeros(bodies, wp.float64)
-        vectors = (model.zeros(bodies, wp.vec3d) for _ in range(9))
-        self._centers, self._drifts, self._momenta, self._torques = itertools.islice(vectors, 4)
-        self._rates, self._spins, self._spares, self._eulers, self._answers = vectors
-        self._inertias = model.zeros(bodies, wp.mat33d)
+        self._bodies = struct_of(
+            self._structs.FlightBodies,
+            model.arrays.masses,
+            node_start=model.arrays.step.body_start,
+            gravity=model.arrays.step.gravity,
+            step_factors=model.arrays.step.factors,
+        )
+        vectors = ("centers", "drifts", "momenta", "torques")
+        self._spins = struct_of(
+            self._structs.Spins,
+            inertias=model.zeros(bodies, wp.mat33d),
+            **{name: model.zeros(bodies, wp.vec3d) for name in vectors},
+        )
+        frame = {name: model.zeros(bodies, wp.vec3d) for name in self._structs.Frames.vars}
+        self._rigid_frames = struct_of(self._structs.Frames, **frame)
         self._any = model.zeros(1, wp.int32)
         self._planned = False
         self._counted = model.array([1.0], wp.float64)
@@ -91,72 +109,67 @@ class Turning:
 
     def launch(self, state: State, contacts: Contacts, after: State, flown: Flown) -> None:
         """Launch the end of a step, whose straight path stands in ``after``."""
-        self._find(state, contacts, flown)
-        wp.capture_if(self._any, lambda: self._turn(state, contacts, after, flown))
+        start = self._start_of(state, flown)
+        self._find(start, contacts, flown)
+        wp.capture_if(self._any, lambda: self._turn(state, start, contacts, after, flown))
 
-    def _find(self, state: State, contacts: Contacts, flown: Flown) -> None:
+    def _start_of(self, state: State, flown: Flown) -> Any:
+        """The struct of the nodes at the start of a step, and of the impulses on them."""
+        return struct_of(
+            self._structs.StepStart,
+            state,
+            outer_impulses=flown.outer_impulses,
+            pushes=self._pushes,
+        )
+
+    def _find(self, start: Any, contacts: Contacts, flown: Flown) -> None:
         """Launch which bodies turn."""
-        a, k, bodies = self._model.arrays, self._kernels, len(self._shares)
+        a, k, bodies = self._model.arrays, self._choice, len(self._shares)
         if flown.found is not None and contacts.pairs is not None:
             pairs, inputs = contacts.pairs, [a.step.body_start, *flown.found, contacts.pairs.nodes]
             joined = [*inputs, pairs.impulses, flown.groups]
             self._launch(k.join_pushed, 1, joined, [self._groups])
             inputs += [pairs.weights, pairs.impulses]
             self._launch(k.spread_impulses, bodies, inputs, [self._pushes])
-        inputs = [a.step.body_start, a.masses.mass, self._stiffness_factors]
-        inputs += [self._counted, self._solver.kinds]
-        inputs += [state.positions, state.velocities, flown.outer_impulses, self._pushes]
-        outputs = [self._loose, self._shares, self._centers, self._drifts]
-        outputs += [self._momenta, self._torques, self._inertias]
-        self._launch(k.find_spins, bodies, inputs, outputs)
+        inputs = [self._bodies, self._stiffness_factors, self._counted, self._solver.kinds, start]
+        self._launch(k.find_spins, bodies, inputs, [self._loose, self._shares, self._spins])
         inputs = [self._groups, self._loose, self._shares]
         self._launch(k.choose_bodies, 1, inputs, [self._turning, self._any, self._solver.counters])
 
-    def _enter(self, state: State, flown: Flown) -> None:
+    def _enter(self, start: Any, flown: Flown) -> None:
         """Launch the way into the frames: velocities in them, and their loads."""
-        m, a, k, solver = self._model, self._model.arrays, self._kernels, self._solver
-        inputs = [a.step.body_start, a.masses.mass, a.step.factors]
-        inputs += [self._turning, self._centers, self._drifts]
-        known = [self._momenta, self._torques, self._inertias, state.positions, state.velocities]
-        frames = [self._rates, self._spins, self._spares, self._eulers, self._answers]
-        self._launch(k.find_frames, len(self._shares), [*inputs, *known], frames)
-        inputs += [*frames, state.positions, state.velocities, self._pushes]
+        k, solver, frames = self._frames, self._solver, self._rigid_frames
+        inputs = [self._bodies, self._turning, self._spins]
+        self._launch(k.find_frames, len(self._shares), [*inputs, start], [frames])
         outputs = [solver.kinds, solver.before, solver.start, flown.change, self._loads]
-        self._launch(k.enter_frames, m.node_count, inputs, outputs)
+        self._launch(k.enter_frames, self._model.node_count, [*inputs, frames, start], outputs)
 
-    def _turn(self, state: State, contacts: Contacts, after: State, flown: Flown) -> None:
+    def _turn(
+        self, state: State, start: Any, contacts: Contacts, after: State, flown: Flown
+    ) -> None:
         """Launch the solve in the frames, and the way out of them."""
-        m, a, k, solver = self._model, self._model.arrays, self._kernels, self._solver
+        m, solver = self._model, self._solver
         before, change = solver.before, flown.change
         wp.copy(self._kinds, solver.kinds)
-        self._enter(state, flown)
+        self._enter(start, flown)
         if m.options.newton_iterations > 1:
             flown.relinearise(state.positions, self._still, self._still)
         self._solve(contacts, flown)
         for _ in range(m.options.newton_iterations - 1):
-            inputs = [a.step.factors, state.positions, before, change]
-            self._launch(k.place, m.node_count, inputs, [self._placed])
+            inputs = [m.arrays.step.factors, state.positions, before, change]
+            self._launch(self._frames.place, m.node_count, inputs, [self._placed])
             flown.relinearise(self._placed, before, change)
             self._solve(contacts, flown)
-        inputs = [
-            a.step.body_start,
-            a.masses.mass,
-            a.masses.damped_mass,
-            a.step.gravity,
-            a.step.factors,
-        ]
-        inputs += [self._turning, self._groups, self._shares, self._centers, self._drifts]
-        inputs += [self._momenta, self._torques, self._inertias, self._rates]
-        inputs += [state.positions, state.velocities, flown.outer_impulses, self._pushes]
-        inputs += [state.carry]
-        outputs = [before, change, after.positions, after.velocities, after.increments, after.carry]
-        self._launch(k.leave_frames, len(self._shares), inputs, outputs)
+        inputs = [self._bodies, self._turning, self._groups, self._shares]
+        inputs += [self._spins, self._rigid_frames, start, state.carry]
+        outputs = [before, change, struct_of(self._structs.StepEnd, after), after.carry]
+        self._launch(self._arcs.leave_frames, len(self._shares), inputs, outputs)
         wp.copy(solver.kinds, self._kinds)
 
     def _solve(self, contacts: Contacts, flown: Flown) -> None:
         """Launch one solve for the velocities in the frames."""
         solver, inputs = self._solver, [flown.right, self._loads]
-        self._launch(self._kernels.add_loads, self._model.node_count, inputs, [self._loaded])
+        self._launch(self._frames.add_loads, self._model.node_count, inputs, [self._loaded])
         solver.set_target(self._loaded)
         self._preconditioner.prepare(Freedom(solver.kinds, solver.axes, contacts.slip_stiffness))
         solver.solve(self._loaded, contacts.slip_stiffness, flown.change, first=True)
