@@ -23,6 +23,7 @@ from warp_softbody.kernels.contact.stages import PICARD_PASSES, NodeChange, Sear
 from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.linear import pcg as cg
 from warp_softbody.kernels.linear.codes import Counter, Scalar, VelocityConstraint
+from warp_softbody.kernels.linear.structs import make_linear_structs
 from warp_softbody.kernels.precision import EPSILON, real
 
 SUBJECT = "contact"
@@ -57,7 +58,8 @@ def make_active_set(
     stage_of, braked = stages.stage_of, stages.braked
     structs = make_contact_structs(precision)
     GroundContacts, ContactPlanes = structs.GroundContacts, structs.ContactPlanes
-    MatrixRows, VelocityUpdate = structs.MatrixRows, structs.VelocityUpdate
+    MatrixRows = make_linear_structs(precision).MatrixRows
+    VelocityUpdate = structs.VelocityUpdate
     ContactStates, PassRecord = structs.ContactStates, structs.PassRecord
     picard_passes = wp.constant(PICARD_PASSES)
     inner = wp.constant(scalar(law.inner_radius))

@@ -16,6 +16,7 @@ from warp_softbody.kernels.contact.pair_constraints import DAMPING, SUBJECT, mak
 from warp_softbody.kernels.contact.pair_friction import make_pair_friction
 from warp_softbody.kernels.contact.structs import make_contact_structs, make_pair_structs
 from warp_softbody.kernels.linear.codes import Counter, Scalar
+from warp_softbody.kernels.linear.structs import make_linear_structs
 from warp_softbody.kernels.precision import EPSILON, real
 
 LEAST_SHARE = 1e-6
@@ -32,7 +33,7 @@ def make_pair_active_set(precision: str) -> SimpleNamespace:
     rows = make_pair_constraints(precision)
     structs = make_pair_structs(precision)
     Pairs, DelassusWork = structs.Pairs, structs.DelassusWork
-    NodeConstraints = structs.NodeConstraints
+    NodeConstraints = make_linear_structs(precision).NodeConstraints
     structs = make_contact_structs(precision)
     ContactStates, PassRecord = structs.ContactStates, structs.PassRecord
     relative, multipliers, stiffen = rows.relative, rows.multipliers, rows.stiffen

@@ -25,6 +25,7 @@ import warp as wp
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
+from warp_softbody.kernels.linear.structs import make_linear_structs
 from warp_softbody.kernels.precision import real
 from warp_softbody.kernels.widening import make_widening
 
@@ -56,7 +57,7 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
     none = wp.constant(wp.float64(0.0))
     structs = make_pair_structs(precision)
     Pairs, DelassusWork = structs.Pairs, structs.DelassusWork
-    NodeConstraints = structs.NodeConstraints
+    NodeConstraints = make_linear_structs(precision).NodeConstraints
 
     @func
     def relative(pairs: Pairs, c: int, v: wp.array(dtype=vec3)):

@@ -40,16 +40,6 @@ def make_contact_structs(precision: str) -> SimpleNamespace:
         max_passes: int
 
     @wp.struct
-    class MatrixRows:
-        """Sparsity of M~ beside its values, and the masses in it."""
-
-        row_start: wp.array(dtype=int)
-        column: wp.array(dtype=int)
-        diagonal_slot: wp.array(dtype=int)
-        masses: wp.array(dtype=scalar)
-        damped_masses: wp.array(dtype=scalar)
-
-    @wp.struct
     class VelocityUpdate:
         """Velocities of the nodes before the step, and what the step adds to them."""
 
@@ -83,7 +73,6 @@ def make_contact_structs(precision: str) -> SimpleNamespace:
     return SimpleNamespace(
         Tolerances=Tolerances,
         GroundContacts=GroundContacts,
-        MatrixRows=MatrixRows,
         VelocityUpdate=VelocityUpdate,
         ContactPlanes=ContactPlanes,
         ContactStates=ContactStates,
@@ -126,13 +115,6 @@ def make_pair_structs(precision: str) -> SimpleNamespace:
         q: wp.array(dtype=wp.vec3d)
 
     @wp.struct
-    class NodeConstraints:
-        """The velocity constraint of each node: its kind, and the axis that goes with it."""
-
-        kinds: wp.array(dtype=int)
-        axes: wp.array(dtype=vec3)
-
-    @wp.struct
     class NodeCandidates:
         """For each surface node the triangle that it may touch."""
 
@@ -157,7 +139,6 @@ def make_pair_structs(precision: str) -> SimpleNamespace:
     return SimpleNamespace(
         Pairs=Pairs,
         DelassusWork=DelassusWork,
-        NodeConstraints=NodeConstraints,
         NodeCandidates=NodeCandidates,
         EdgeCandidates=EdgeCandidates,
     )

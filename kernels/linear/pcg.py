@@ -16,6 +16,7 @@ import warp as wp
 from warp_softbody.kernels.linear.bsr_product import make_native_rows, make_plain_rows, make_rows
 from warp_softbody.kernels.linear.codes import Scalar, VelocityConstraint
 from warp_softbody.kernels.linear.stopping import SUBJECT, make_stopping
+from warp_softbody.kernels.linear.structs import make_linear_structs
 from warp_softbody.kernels.precision import real
 
 
@@ -25,6 +26,8 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    structs = make_linear_structs(precision)
+    NodeConstraints, ResidualSums = structs.NodeConstraints, structs.ResidualSums
     stopping = make_stopping(precision)
     double_dot, total_of = stopping.double_dot, stopping.total_of
 
@@ -67,8 +70,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         # model
         chunk: int,
         # in
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: NodeConstraints,
         r: wp.array(dtype=vec3),
         # out
         z: wp.array(dtype=vec3),
@@ -77,7 +79,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         c = wp.tid()
         total = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, r.shape[0])):
-            value = project(kinds[i], axes[i], z[i])
+            value = project(constraints.kinds[i], constraints.axes[i], z[i])
             z[i] = value
             total += double_dot(r[i], value)
         partial[c] = total
@@ -139,9 +141,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         # out
         change: wp.array(dtype=vec3),
         r: wp.array(dtype=vec3),
-        partial: wp.array(dtype=wp.float64),
-        change_partial: wp.array(dtype=wp.float64),
-        net_partial: wp.array(dtype=wp.vec3d),
+        sums: ResidualSums,
     ):
         c = wp.tid()
         net = wp.vec3d()
@@ -159,9 +159,9 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
             if follows != 0:
                 moved += moved_square(masses[i], start[i], change[i])
                 net += wp.vec3d(wp.float64(value[0]), wp.float64(value[1]), wp.float64(value[2]))
-        partial[c] = total
-        change_partial[c] = moved
-        net_partial[c] = net
+        sums.squares[c] = total
+        sums.moved[c] = moved
+        sums.net[c] = net
 
     return SimpleNamespace(
         filtered_product=filtered_product,
@@ -182,28 +182,29 @@ def make_products(precision: str, native: bool) -> SimpleNamespace:
     Both give the same results; the native ones are for processors.
     """
     types = real(precision)
-    scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
+    vec3, mat33 = types.vec3, types.mat33
     subject = f"{SUBJECT}_rows" if native else SUBJECT
     kernel = types.kernel(subject)
     double_dot = make_stopping(precision).double_dot
     iteration = make_conjugate_gradients(precision)
     project, moved_square = iteration.project, iteration.moved_square
-    rows = make_native_rows(precision, subject) if native else make_plain_rows(precision, subject)
-    stiffness_of_row, stiffness_of_sum = rows.stiffness_of_row, rows.stiffness_of_sum
+    products = make_native_rows if native else make_plain_rows
+    row_products = products(precision, subject)
+    stiffness_of_row = row_products.stiffness_of_row
+    stiffness_of_sum = row_products.stiffness_of_sum
+    structs = make_linear_structs(precision)
+    MatrixRows, ResidualSums = structs.MatrixRows, structs.ResidualSums
+    NodeConstraints = structs.NodeConstraints
 
     @kernel
     def residual(
         # model
         chunk: int,
         follows: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        masses: wp.array(dtype=scalar),
-        damped_masses: wp.array(dtype=scalar),
+        rows: MatrixRows,
         # in
         values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: NodeConstraints,
         slip_stiffness: wp.array(dtype=mat33),
         right_side: wp.array(dtype=vec3),
         before: wp.array(dtype=vec3),
@@ -211,40 +212,37 @@ def make_products(precision: str, native: bool) -> SimpleNamespace:
         change: wp.array(dtype=vec3),
         # out
         r: wp.array(dtype=vec3),
-        partial: wp.array(dtype=wp.float64),
-        change_partial: wp.array(dtype=wp.float64),
-        net_partial: wp.array(dtype=wp.vec3d),
+        sums: ResidualSums,
     ):
         c = wp.tid()
         net = wp.vec3d()
         total = wp.float64(0.0)
         moved = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, change.shape[0])):
-            inertia = damped_masses[i] * change[i] + (damped_masses[i] - masses[i]) * before[i]
-            stiff = stiffness_of_sum(i, row_start, column, values, before, change, r)
+            mass = rows.masses[i]
+            damped = rows.damped_masses[i]
+            inertia = damped * change[i] + (damped - mass) * before[i]
+            stiff = stiffness_of_sum(i, rows.row_start, rows.column, values, before, change, r)
             value = right_side[i] - (inertia + stiff)
             value -= slip_stiffness[i] * (before[i] + change[i])
-            value = project(kinds[i], axes[i], value)
+            value = project(constraints.kinds[i], constraints.axes[i], value)
             r[i] = value
             total += double_dot(value, value)
-            moved += moved_square(masses[i], start[i], change[i])
+            moved += moved_square(mass, start[i], change[i])
             if follows != 0:
                 net += wp.vec3d(wp.float64(value[0]), wp.float64(value[1]), wp.float64(value[2]))
-        partial[c] = total
-        change_partial[c] = moved
-        net_partial[c] = net
+        sums.squares[c] = total
+        sums.moved[c] = moved
+        sums.net[c] = net
 
     @kernel
     def product(
         # model
         chunk: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        damped_masses: wp.array(dtype=scalar),
+        rows: MatrixRows,
         # in
         values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: NodeConstraints,
         slip_stiffness: wp.array(dtype=mat33),
         p: wp.array(dtype=vec3),
         # out
@@ -256,9 +254,10 @@ def make_products(precision: str, native: bool) -> SimpleNamespace:
         total = wp.float64(0.0)
         inertia = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, p.shape[0])):
-            own = damped_masses[i] * p[i]
-            stiff = stiffness_of_row(i, row_start, column, values, p, q) + slip_stiffness[i] * p[i]
-            q[i] = project(kinds[i], axes[i], own + stiff)
+            own = rows.damped_masses[i] * p[i]
+            stiff = stiffness_of_row(i, rows.row_start, rows.column, values, p, q)
+            stiff += slip_stiffness[i] * p[i]
+            q[i] = project(constraints.kinds[i], constraints.axes[i], own + stiff)
             total += double_dot(p[i], stiff)
             inertia += double_dot(p[i], own)
         partial[c] = total

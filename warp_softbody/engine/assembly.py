@@ -9,6 +9,7 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
@@ -236,16 +237,22 @@ class Assembly:
         turned = int(smoothed or self._lanes is not None)
         for part, a, b in self._by_body("nodes", first, last):
             around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
-            rows = [arrays.pattern.row_start[a : b + 1], arrays.pattern.diagonal_slot[a:b]]
             if self._lanes is not None and not smoothed:
                 inputs = [*around, arrays.mesh.rest_volume, self.rotations]
                 outputs = [self.node_rotations[a:b]]
                 self._launch(self._elasticity.mean_turns, a, b, inputs, outputs)
                 self._rotate(self.node_rotations, a, b)
-            body = [arrays.masses.mass[a:b], arrays.mesh.rest_volume]
-            step = [arrays.step.gravity, part.step_factors, turned]
+            nodes = struct_of(
+                self._elasticity.NodeRows,
+                node_start=around[0],
+                node_corners=around[1],
+                row_start=arrays.pattern.row_start[a : b + 1],
+                diagonal_slot=arrays.pattern.diagonal_slot[a:b],
+                mass=arrays.masses.mass[a:b],
+            )
+            step = [arrays.mesh.rest_volume, arrays.step.gravity, part.step_factors, turned]
             now = [velocities[a:b], self.rotations, self._forces]
             outputs = [self.values, self.node_rotations[a:b]]
             outputs += [self.impulses[a:b], self.momentum[a:b]]
-            inputs = [*around, *rows, *body, *step, *now]
+            inputs = [nodes, *step, *now]
             self._launch(self._elasticity.finish_nodes, a, b, inputs, outputs)

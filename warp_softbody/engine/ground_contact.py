@@ -49,10 +49,6 @@ class GroundContact:
             normal_velocity=model.zeros(count, model.types.scalar),
         )
         self._ground = self._make_ground()
-        pattern, masses = model.arrays.pattern, model.arrays.masses
-        self._rows = struct_of(
-            structs.MatrixRows, pattern, masses=masses.mass, damped_masses=masses.damped_mass
-        )
         pair = wp.types.vector(length=2, dtype=model.types.scalar)
         self.largest_violations = model.zeros(1, pair)
         self._worst = model.zeros(1, wp.int32)
@@ -106,7 +102,7 @@ class GroundContact:
         if self._ground is None:
             return
         solver, assembly = self._solver, self._assembly
-        inputs = [self._ground, self._rows, assembly.node_rotations, assembly.values]
+        inputs = [self._ground, solver.rows, assembly.node_rotations, assembly.values]
         inputs += [right, velocity_update, self._planes, solver.counters, solver.scalars]
         states = struct_of(self._structs.ContactStates, contacts)
         outputs = [states, right_with_slip, self._record]

@@ -83,7 +83,7 @@ class PairContact:
         self._work = struct_of(
             self._structs.DelassusWork, DelassusWork.of(count, n, model.allocator)
         )
-        self._constraints = struct_of(self._structs.NodeConstraints, solver)
+        self._constraints = solver.constraints
         self._right = model.zeros(n, types.vec3)
         self._ending = PairEnding(model)
         self.unsettled = model.zeros(1, wp.int32)

@@ -7,9 +7,11 @@ from typing import Any, Protocol
 import warp as wp
 
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.linear.pcg import make_conjugate_gradients, make_products
 from warp_softbody.kernels.linear.stopping import make_stopping
+from warp_softbody.kernels.linear.structs import make_linear_structs
 from warp_softbody.linear.preconditioner import Preconditioner
 from warp_softbody.linear.system import LinearSystem
 
@@ -37,6 +39,8 @@ class ConjugateGradients:
 
     Attributes:
         counters, scalars: (k,) by `Counter` and `Scalar`.
+        rows: struct of the matrix beside its values, and the masses in it.
+        constraints: struct of the velocity constraints, ``kinds`` and ``axes``.
         failed: (1,) int, whether the last solve did not converge.
     """
 
@@ -56,6 +60,10 @@ class ConjugateGradients:
             for name in ("rr", "rz", "pq", "pp", "change")
         }
         self._net = system.zeros(system.chunk_count, wp.vec3d)
+        structs, s = make_linear_structs(types.name), self._sums
+        self._residual_sums = struct_of(
+            structs.ResidualSums, squares=s["rr"], moved=s["change"], net=self._net
+        )
         self.scalars = system.zeros(len(Scalar), wp.float64)
         self.counters = system.zeros(len(Counter), wp.int32)
         self.failed = self.counters[Counter.FAILED : Counter.FAILED + 1]
@@ -65,6 +73,14 @@ class ConjugateGradients:
         self.kinds = system.zeros(n, wp.int32)
         self.normals = system.zeros(n, types.vec3)
         self.axes = system.zeros(n, types.vec3)
+        self.constraints = struct_of(structs.NodeConstraints, self)
+        masses = system.masses
+        self.rows = struct_of(
+            structs.MatrixRows,
+            system.pattern,
+            masses=masses.mass,
+            damped_masses=masses.damped_mass,
+        )
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 0) -> None:
         launch(kernel, dim or self._system.chunk_count, inputs, outputs, self._system.device)
@@ -77,18 +93,11 @@ class ConjugateGradients:
 
     def residual(self, right_side: Any, slip_stiffness: Any, change: Any) -> Any:
         """Launch r = S (M v + b - (M~ + G) (v + change)); the array that it is written to."""
-        masses, s = self._system.masses, self._sums
-        (chunk, *rows), surroundings = self._operator(slip_stiffness)
-        inputs = [chunk, self._follows, *rows, masses.mass, masses.damped_mass]
-        inputs += [*surroundings, right_side, self.before, self.start, change]
-        outputs = [self._vectors["r"], s["rr"], s["change"], self._net]
+        inputs = [self._system.chunk, self._follows, self.rows, self._values, self.constraints]
+        inputs += [slip_stiffness, right_side, self.before, self.start, change]
+        outputs = [self._vectors["r"], self._residual_sums]
         self._launch(self._products.residual, inputs, outputs)
         return self._vectors["r"]
-
-    def _operator(self, slip_stiffness: Any) -> tuple[list[Any], list[Any]]:
-        pattern = self._system.pattern
-        rows = [self._system.chunk, pattern.row_start, pattern.column]
-        return rows, [self._values, self.kinds, self.axes, slip_stiffness]
 
     def solve(
         self,
@@ -107,7 +116,6 @@ class ConjugateGradients:
         that goes on ``again`` takes back that the one before it did not converge.
         """
         system, k, v, s = self._system, self._kernels, self._vectors, self._sums
-        rows, surroundings = self._operator(slip_stiffness)
         self.residual(right_side, slip_stiffness, change)
         if constraints is not None:
             constraints.finish_residual(v["r"], s["rr"])
@@ -117,20 +125,21 @@ class ConjugateGradients:
 
         def iterate() -> None:
             self._preconditioner.apply(v["r"], v["z"])
-            filtered = [system.chunk, self.kinds, self.axes, v["r"]]
+            filtered = [system.chunk, self.constraints, v["r"]]
             self._launch(k.filtered_product, filtered, [v["z"], s["rz"]])
             if constraints is not None:
                 # r is in the narrowed space, so its product with z stays what it is
                 constraints.project(v["z"])
             self._launch(k.add_up, [int(Scalar.NEW_PRODUCT), s["rz"]], [self.scalars], dim=1)
             self._launch(k.direction, [system.chunk, self.scalars, v["z"]], [v["p"]])
-            inputs = [*rows, system.masses.damped_mass, *surroundings, v["p"]]
+            inputs = [system.chunk, self.rows, self._values, self.constraints]
+            inputs += [slip_stiffness, v["p"]]
             self._launch(self._products.product, inputs, [v["q"], s["pq"], s["pp"]])
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
             self._launch(k.add_up_curvature, [s["pq"], s["pp"]], [self.scalars], dim=1)
             inputs = [system.chunk, self._follows, system.masses.mass, self.scalars]
-            outputs = [change, v["r"], s["rr"], s["change"], self._net]
+            outputs = [change, v["r"], self._residual_sums]
             self._launch(k.advance, [*inputs, v["p"], v["q"], self.start], outputs)
             inputs = [system.max_iterations, self._follows, system.node_count]
             inputs += [s["rr"], s["change"], self._net]

@@ -9,8 +9,10 @@ import pytest
 import warp as wp
 
 from tests.support.bodies import epsilon
+from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.options import Precision
 from warp_softbody.kernels.linear.pcg import make_products
+from warp_softbody.kernels.linear.structs import make_linear_structs
 from warp_softbody.kernels.precision import real
 
 NODES, AROUND = 13, 5
@@ -25,15 +27,21 @@ class System:
         self._random = np.random.default_rng(3)
         rng = self._random
         starts, columns = AROUND * np.arange(NODES + 1), rng.integers(0, NODES, AROUND * NODES)
-        self.rows = [self.array(starts, int), self.array(columns, int)]
-        masses = self.array(rng.uniform(1.0, 2.0, NODES), self._types.scalar)
-        self.damped = self.array(rng.uniform(2.0, 3.0, NODES), self._types.scalar)
-        self.masses = [masses, self.damped]
+        structs = make_linear_structs(precision)
+        self.rows = struct_of(
+            structs.MatrixRows,
+            row_start=self.array(starts, int),
+            column=self.array(columns, int),
+            diagonal_slot=None,
+            masses=self.array(rng.uniform(1.0, 2.0, NODES), self._types.scalar),
+            damped_masses=self.array(rng.uniform(2.0, 3.0, NODES), self._types.scalar),
+        )
         axes = self.vectors().numpy()
         axes /= np.linalg.norm(axes, axis=1, keepdims=True)
         kinds = self.array(np.arange(NODES) % 4, int)
-        surroundings = [kinds, self.array(axes, self._types.vec3), self.blocks(NODES)]
-        self.operator = [self.blocks(AROUND * NODES), *surroundings]
+        axes = self.array(axes, self._types.vec3)
+        constraints = struct_of(structs.NodeConstraints, kinds=kinds, axes=axes)
+        self.operator = [self.rows, self.blocks(AROUND * NODES), constraints, self.blocks(NODES)]
 
     def array(self, values: Any, dtype: Any) -> Any:
         """A device array."""
@@ -53,19 +61,25 @@ class System:
 def test_native_rows_give_what_the_plain_ones_give(name: str, precision: Precision) -> None:
     """To a few roundings; where the compiler fuses no operations of its own, to the last bit."""
     system, chunk = System(precision), 4
-    inputs = [chunk, *system.rows, system.damped, *system.operator, system.vectors()]
+    inputs = [chunk, *system.operator, system.vectors()]
     if name == "residual":
         vectors = [system.vectors() for _ in range(4)]
-        inputs = [chunk, 1, *system.rows, *system.masses, *system.operator, *vectors]
+        inputs = [chunk, 1, *system.operator, *vectors]
     chunks = -(-NODES // chunk)
-    sums = [wp.float64] * 2 + ([wp.vec3d] if name == "residual" else [])
+    residual_sums = make_linear_structs(precision).ResidualSums
     found = []
     for native in (True, False):
         vector = wp.zeros(NODES, dtype=real(precision).vec3, device="cpu")
-        out: list[Any] = [vector, *(wp.zeros(chunks, dtype=d, device="cpu") for d in sums)]
+        squares, moved = (wp.zeros(chunks, dtype=wp.float64, device="cpu") for _ in range(2))
+        arrays: list[Any] = [vector, squares, moved]
+        out = list(arrays)
+        if name == "residual":
+            net = wp.zeros(chunks, dtype=wp.vec3d, device="cpu")
+            arrays.append(net)
+            out = [vector, struct_of(residual_sums, squares=squares, moved=moved, net=net)]
         kernel = getattr(make_products(precision, native), name)
         wp.launch(kernel, dim=chunks, inputs=inputs, outputs=out, device="cpu")
-        found.append([array.numpy() for array in out])
+        found.append([array.numpy() for array in arrays])
     for mine, expected in zip(*found, strict=True):
         bound = 64 * epsilon(precision) * np.abs(expected).max()
         np.testing.assert_allclose(mine, expected, rtol=0.0, atol=bound)
