@@ -1,8 +1,8 @@
-"""What a run cost: counts and times of its steps, and their summary."""
+"""One run in numbers, as it is told and written down."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from warp_softbody.run.run_account import Findings
 
 PARTS = ("assembly", "solve", "contact", "control", "export")
+"""Of a step, in the order in which they are told."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,30 +189,3 @@ class RunSummary:
 def text_table(headline: str, lines: list[tuple[str, str]]) -> str:
     """A headline and, below it, names and texts in two columns."""
     return "\n".join([headline, *(f"  {name:<12}{text}" for name, text in lines)])
-
-
-@dataclass
-class StepLog:
-    """Series gathered while a run goes on; times in s."""
-
-    seconds: dict[str, list[float]] = field(default_factory=lambda: {part: [] for part in PARTS})
-    iterations: list[int] = field(default_factory=list)
-    passes: list[int] = field(default_factory=list)
-    residuals: list[float] = field(default_factory=list)
-    renewals: int = 0
-    unkicked: int = 0
-    qps: list[int] = field(default_factory=list)
-    unconverged: int = 0
-    patches: int = 0
-    signorini: float = 0.0
-    coulomb: float = 0.0
-
-    def spread_ms(self) -> dict[str, Spread]:
-        """Spread of each part and of their sum, ms per step."""
-        # a run that is broken off within a frame has steps whose export was not counted
-        series = [values for values in self.seconds.values() if values]
-        total = [sum(parts) for parts in zip(*series, strict=False)]
-        spread = {
-            part: Spread.of([1e3 * s for s in values]) for part, values in self.seconds.items()
-        }
-        return {"all": Spread.of([1e3 * s for s in total]), **spread}

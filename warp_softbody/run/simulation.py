@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from warp_softbody.device.turns import shares_warp
 from warp_softbody.engine.model import build_model
 from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.precision_choice import with_precision
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.engine.snapshots import Snapshots
 from warp_softbody.engine.state import SLACK, Contacts, Control, State
@@ -27,22 +25,14 @@ from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
-from warp_softbody.run.run_summary import MeanSpread, RunSummary, Spread, StepLog
+from warp_softbody.run.run_settings import RunSettings
+from warp_softbody.run.run_summary import RunSummary
 from warp_softbody.run.sleep import Sleep
+from warp_softbody.run.step_log import StepLog
 from warp_softbody.run.step_record import StepObserver, StepRecord
 from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.scene import Scene
 from warp_softbody.world.view import BodyView
-
-LEAST_FPS, MOST_FPS = 1e-3, 1e6
-"""Frames a second, the range that is taken for what was meant."""
-
-
-def whole_steps(time_step: float, fps: float) -> tuple[int, float]:
-    """Steps per frame and the time step that fills a frame with them, at most the one asked for."""
-    fps = checks.number("fps", fps, low=LEAST_FPS, high=MOST_FPS, unit="1/s")
-    steps = max(1, int(np.ceil(1.0 / (fps * time_step) - 1e-6)))
-    return steps, 1.0 / (fps * steps)
 
 
 class Simulation:
@@ -76,25 +66,21 @@ class Simulation:
         """Build the model; ``time_step`` (s) and ``method`` override those of the options."""
         begun = time.perf_counter()
         checks.instance("scene of a Simulation", scene, Scene)
-        options = checks.optional("options of a Simulation", options, SimulationOptions)
-        control = checks.optional(
-            "control_options of a Simulation", control_options, ControlOptions
-        )
-        # made anew, so that what went round a constructor is checked too
-        options = replace(options, time_step=options.time_step if time_step is None else time_step)
-        control = replace(control, method=control.method if method is None else method)
         if controller is not None:
             input_kinds.controller("controller of a Simulation", controller)
         input_kinds.name("name of a Simulation", name)
-        self._steps_per_frame, step = whole_steps(options.time_step, fps)
-        options = with_precision(replace(options, time_step=step), scene)
-        tolerance = options.tolerance
-        if controller is not None:
-            # what a controller decides hangs on digits
-            tolerance = options.solver_tolerance
-        options = replace(options, tolerance=tolerance)
-        self.model = build_model(scene, options)
-        self.control_options = control
+        settings = RunSettings.of(
+            options,
+            control_options,
+            scene=scene,
+            controlled=controller is not None,
+            time_step=time_step,
+            fps=fps,
+            method=method,
+        )
+        self._steps_per_frame = settings.steps_per_frame
+        self.model = build_model(scene, settings.options)
+        self.control_options = settings.control_options
         self.fps = float(fps)
         self.name = name
         self.stepper = Stepper(self.model)
@@ -110,16 +96,15 @@ class Simulation:
         self._views = HostViews()
         self._observers: list[StepObserver] = []
         share = self.model.speed_share
-        self._sleep = Sleep(step, allowed=options.sleep, speed_share=share)
+        own = self.model.options
+        self._sleep = Sleep(own.time_step, allowed=own.sleep, speed_share=share)
         self._steps = 0
         self._frames = 0
-        self._wall = 0.0
-        self._exporting = 0.0
         self._log = StepLog()
         self._account = RunAccount(self.model)
         self._gauge = ShapeGauge(self.model)
         self._status = "complete"
-        self._setup = time.perf_counter() - begun
+        self._log.setup = time.perf_counter() - begun
 
     def _solver_for(self, controller: Controller) -> ControlSolver | None:
         """What finds the activations that serve a controller; None without muscles."""
@@ -209,7 +194,7 @@ class Simulation:
         if self._sleep.asleep and not acted:
             self._sleep.skip()
             self._steps += 1
-            self._wall += clock.total
+            self._log.wall += clock.total
             return
         self._decision = None
         statistics = self.stepper.step(
@@ -224,7 +209,7 @@ class Simulation:
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
         clock.mark("contact")
-        self._note(statistics, clock)
+        self._log.note(statistics, self._decision, clock, first=self._steps == 1)
         if self._observers:
             self._show(statistics, begun)
 
@@ -242,28 +227,6 @@ class Simulation:
         )
         for observer in self._observers:
             observer(record)
-
-    def _note(self, statistics: StepStatistics, clock: StepClock) -> None:
-        """Add a step to the log; the first one loads kernels and captures graphs."""
-        log, decision = self._log, self._decision
-        log.renewals += statistics.renewed
-        log.unconverged += not statistics.settled
-        if decision is not None:
-            log.qps.append(decision.result.qp_count)
-            log.unconverged += not decision.converged
-            log.unkicked += not decision.kicked
-            log.patches = max(log.patches, len(decision.result.modes))
-        if self._steps == 1:
-            self._setup += clock.total
-            return
-        self._wall += clock.total
-        for part, seconds in clock.seconds.items():
-            log.seconds[part].append(seconds)
-        log.iterations.append(statistics.iterations)
-        log.passes.append(statistics.passes)
-        log.residuals.append(statistics.residual)
-        log.signorini = max(log.signorini, statistics.signorini)
-        log.coulomb = max(log.coulomb, statistics.coulomb)
 
     def _refuse_nonsense(self, statistics: StepStatistics) -> None:
         """Stop a run whose step is not finite, too far away, or has its momentum from nowhere."""
@@ -291,48 +254,24 @@ class Simulation:
 
     def summary(self, stage: str | None = None) -> RunSummary:
         """The run so far in numbers."""
-        model, log = self.model, self._log
         positions = self._state.positions.numpy().astype(np.float64)
         measured = (self.stepper.account(), self._gauge.read(), positions)
         findings = self._account.findings(*measured)
-        status = "doubtful" if self._status == "complete" and findings.doubts else self._status
-        return RunSummary(
+        return self._log.summary(
+            self.model,
+            findings,
             scene=self.name,
             frames=self._frames,
             simulated_seconds=self.time,
-            wall_seconds=self._wall,
-            export_seconds=self._exporting,
-            setup_seconds=self._setup,
-            time_step=model.options.time_step,
-            step_ms=log.spread_ms(),
-            tets=model.tet_count,
-            nodes=model.node_count,
-            segments=model.segment_count,
-            patches=log.patches,
-            qps_per_step=MeanSpread.of(log.qps),
-            cg_iterations=MeanSpread.of(log.iterations),
-            contact_passes=MeanSpread.of(log.passes),
-            residuals=Spread.of(log.residuals),
-            renewals=log.renewals,
-            unkicked_steps=log.unkicked,
-            left_out=model.absent_parts + (() if self._control_solver else ("control",)),
-            unconverged_steps=log.unconverged,
             slept_steps=self._sleep.slept,
-            signorini=log.signorini,
-            coulomb=log.coulomb,
-            precision=model.options.precision,
-            findings=findings,
-            status=status,
+            controlled=self._control_solver is not None,
+            status=self._status,
             stage=stage,
         )
 
     def count_export(self, seconds: float) -> None:
         """Add the wall time that the receiver of the last frame took, shared by its steps."""
-        self._wall += seconds
-        self._exporting += seconds
-        recorded = len(self._log.seconds["solve"])
-        missing = recorded - len(self._log.seconds["export"])
-        self._log.seconds["export"] += [seconds / max(1, missing)] * missing
+        self._log.count_export(seconds)
 
     @shares_warp
     def view(self) -> BodyView:

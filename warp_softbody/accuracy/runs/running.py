@@ -44,7 +44,8 @@ def _run(job: Job) -> RunOutcome:
     from warp_softbody.accuracy.runs.footprint import array_bytes
     from warp_softbody.accuracy.runs.recording import Recording
     from warp_softbody.errors import InputError, NotFiniteError
-    from warp_softbody.run.simulation import Simulation, whole_steps
+    from warp_softbody.run.run_settings import whole_steps
+    from warp_softbody.run.simulation import Simulation
 
     settings = job.settings
     begun = time.process_time()
