@@ -31,16 +31,6 @@ def make_elasticity(precision: str) -> SimpleNamespace:
     deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
     isotropic_block = tet.isotropic_block
 
-    @wp.struct
-    class NodeRows:
-        """Nodes of a body: slots of the tets around each, its row of the matrix, its mass, kg."""
-
-        node_start: wp.array(dtype=int)
-        node_corners: wp.array(dtype=int)
-        row_start: wp.array(dtype=int)
-        diagonal_slot: wp.array(dtype=int)
-        mass: wp.array(dtype=scalar)
-
     @kernel
     def find_deformations(
         # model
@@ -147,51 +137,61 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         turns[i] = mean_turn(i, node_start, node_corners, rest_volume, rotations)
 
     @kernel
+    def rotate_nodes(
+        # model
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        rest_volume: wp.array(dtype=scalar),
+        # in
+        rotations: wp.array(dtype=mat33),
+        # out
+        node_rotations: wp.array(dtype=mat33),
+    ):
+        i = wp.tid()
+        turn = mean_turn(i, node_start, node_corners, rest_volume, rotations)
+        node_rotations[i] = closest_rotation(turn)
+
+    @kernel
     def finish_nodes(
         # model
-        nodes: NodeRows,
-        rest_volume: wp.array(dtype=scalar),
+        node_start: wp.array(dtype=int),
+        node_corners: wp.array(dtype=int),
+        row_start: wp.array(dtype=int),
+        diagonal_slot: wp.array(dtype=int),
+        mass: wp.array(dtype=scalar),
         gravity: wp.array(dtype=vec3),
         step_factors: wp.array(dtype=scalar),
-        turned: int,
         # in
         velocities: wp.array(dtype=vec3),
-        rotations: wp.array(dtype=mat33),
         forces: wp.array(dtype=vec3),
         # out
         values: wp.array(dtype=mat33),
-        node_rotations: wp.array(dtype=mat33),
         impulses: wp.array(dtype=vec3),
         momentum: wp.array(dtype=vec3),
     ):
-        # ``turned``: the node rotations are known already
         # diagonal block: rigid translations are in the null space of K, so its rows sum to the mass
         # term
         i = wp.tid()
-        slot = nodes.diagonal_slot[i]
-        mass = nodes.mass[i]
+        slot = diagonal_slot[i]
         others = mat33()
-        for k in range(nodes.row_start[i], nodes.row_start[i + 1]):
+        for k in range(row_start[i], row_start[i + 1]):
             if k != slot:
                 others += values[k]
-        block = (mass * step_factors[2]) * wp.identity(n=3, dtype=scalar) - others
+        block = (mass[i] * step_factors[2]) * wp.identity(n=3, dtype=scalar) - others
         values[slot] = scalar(0.5) * (block + wp.transpose(block))
-        force = mass * gravity[0]
-        for k in range(nodes.node_start[i], nodes.node_start[i + 1]):
-            force += forces[nodes.node_corners[k]]
-        if turned == 0:
-            turn = mean_turn(i, nodes.node_start, nodes.node_corners, rest_volume, rotations)
-            node_rotations[i] = closest_rotation(turn)
+        force = mass[i] * gravity[0]
+        for k in range(node_start[i], node_start[i + 1]):
+            force += forces[node_corners[k]]
         # what the step would do without muscles, pushes and contact: M v + dt (f_x + f_e)
         impulse = step_factors[0] * force
         impulses[i] = impulse
-        momentum[i] = mass * velocities[i] + impulse
+        momentum[i] = mass[i] * velocities[i] + impulse
 
     return SimpleNamespace(
-        NodeRows=NodeRows,
         find_deformations=find_deformations,
         deform_tets=deform_tets,
         stiffness_edges=stiffness_edges,
         mean_turns=mean_turns,
+        rotate_nodes=rotate_nodes,
         finish_nodes=finish_nodes,
     )

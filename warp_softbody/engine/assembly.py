@@ -9,7 +9,6 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.device.launching import launch
-from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
@@ -233,26 +232,21 @@ class Assembly:
 
     def _nodes(self, velocities: Any, first: int, last: int) -> None:
         arrays = self._model.arrays
-        smoothed = self._smoothing is not None
-        turned = int(smoothed or self._lanes is not None)
         for part, a, b in self._by_body("nodes", first, last):
             around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
-            if self._lanes is not None and not smoothed:
-                inputs = [*around, arrays.mesh.rest_volume, self.rotations]
-                outputs = [self.node_rotations[a:b]]
-                self._launch(self._elasticity.mean_turns, a, b, inputs, outputs)
-                self._rotate(self.node_rotations, a, b)
-            nodes = struct_of(
-                self._elasticity.NodeRows,
-                node_start=around[0],
-                node_corners=around[1],
-                row_start=arrays.pattern.row_start[a : b + 1],
-                diagonal_slot=arrays.pattern.diagonal_slot[a:b],
-                mass=arrays.masses.mass[a:b],
-            )
-            step = [arrays.mesh.rest_volume, arrays.step.gravity, part.step_factors, turned]
-            now = [velocities[a:b], self.rotations, self._forces]
-            outputs = [self.values, self.node_rotations[a:b]]
-            outputs += [self.impulses[a:b], self.momentum[a:b]]
-            inputs = [nodes, *step, *now]
+            if self._smoothing is None:
+                self._turn_nodes([*around, arrays.mesh.rest_volume, self.rotations], a, b)
+            rows = [arrays.pattern.row_start[a : b + 1], arrays.pattern.diagonal_slot[a:b]]
+            step = [arrays.masses.mass[a:b], arrays.step.gravity, part.step_factors]
+            inputs = [*around, *rows, *step, velocities[a:b], self._forces]
+            outputs = [self.values, self.impulses[a:b], self.momentum[a:b]]
             self._launch(self._elasticity.finish_nodes, a, b, inputs, outputs)
+
+    def _turn_nodes(self, inputs: list[Any], a: int, b: int) -> None:
+        """Launch the rotations closest to the means over the tets around nodes."""
+        outputs = [self.node_rotations[a:b]]
+        if self._lanes is None:
+            self._launch(self._elasticity.rotate_nodes, a, b, inputs, outputs)
+            return
+        self._launch(self._elasticity.mean_turns, a, b, inputs, outputs)
+        self._rotate(self.node_rotations, a, b)
