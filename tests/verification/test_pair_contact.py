@@ -61,7 +61,7 @@ def test_stack_bears_its_weight(precision: Precision, degrees: float) -> None:
     )
     simulation = simulate(scene, 5.0, precision=precision)
     weight = SOFT.density * SIDE**3 * GRAVITY
-    contacts = simulation._handed_out().contacts
+    contacts = next(simulation.run(1.0)).contacts
     between = contacts.force_on("b", by="a")[2]
     below = contacts.force_on("a", by=GROUND)[2]
     assert between == pytest.approx(weight, rel=1e-4)

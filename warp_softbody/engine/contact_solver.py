@@ -17,12 +17,12 @@ from warp_softbody.engine.ground_contact import GroundContact
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.momentum_account import Accountant
 from warp_softbody.engine.pair_contact import PairConstraints, PairContact, StepVectors
+from warp_softbody.engine.rigid_balance import RigidBalance
 from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.engine.turning import Flown, Turning
 from warp_softbody.kernels.contact.step_ends import make_step_ends
 from warp_softbody.kernels.linear.codes import Counter, Scalar
-from warp_softbody.kernels.rigid_balance import make_rigid_balance
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.pcg import ConjugateGradients
 from warp_softbody.linear.preconditioner import make_preconditioner
@@ -54,12 +54,7 @@ class ContactSolver:
         types, n = model.types, model.node_count
         self._model = model
         self._assembly = assembly
-        self._rigid_balance = make_rigid_balance(model.options.precision)
-        bodies = len(model.scene.parts)
-        self._groups = model.array(np.arange(bodies, dtype=np.int32), wp.int32)
-        self.carry = model.zeros(2 * bodies, wp.vec3d)
         self._ends = make_step_ends(model.options.precision)
-        self._free_bodies = self._make_free_bodies()
         self.right = model.zeros(n, types.vec3)
         self.right_with_slip = model.zeros(n, types.vec3)
         self.outer_impulses = model.zeros(n, types.vec3)
@@ -74,6 +69,8 @@ class ContactSolver:
         self.velocity_update = struct_of(
             self._ends.VelocityUpdate, before=self.before, change=self.change
         )
+        self._balance = RigidBalance(model, self._solver)
+        self.carry = self._balance.carry
         self._ground = GroundContact(model, assembly, self._solver)
         self.turning = Turning(model, self._solver, self.preconditioner)
         self._pairs: PairContact | None = None
@@ -85,16 +82,6 @@ class ContactSolver:
         if model.scene.has_pairs:
             self._pairs = PairContact(model, self._solver, assembly.values)
 
-    def _make_free_bodies(self) -> Any:
-        """What the balance of momenta takes as constant."""
-        a, bodies = self._model.arrays, self._rigid_balance.FreeBodies()
-        bodies.node_start, bodies.groups = a.step.body_start, self._groups
-        bodies.mass, bodies.damped_mass = a.masses.mass, a.masses.damped_mass
-        bodies.gravity, bodies.step_factors = a.step.gravity, a.step.factors
-        # Newton's method has other arms in every iteration
-        bodies.turns = int(self._model.options.newton_iterations == 1)
-        return bodies
-
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
         launch(kernel, dim, inputs, outputs, device)
@@ -103,6 +90,11 @@ class ContactSolver:
     def pairs(self) -> PairContact | None:
         """Contact of surfaces with each other; None where the scene has none."""
         return self._pairs
+
+    @property
+    def _found_pairs(self) -> list[Any] | None:
+        """Numbers of the pairs that there are, and how many; None without pairs."""
+        return None if self._pairs is None else self._pairs.lists
 
     def find_pairs(self, state: State, contacts: Contacts) -> None:
         """Which surfaces may touch in a step from ``state`` on; not to be captured."""
@@ -190,7 +182,8 @@ class ContactSolver:
             self._solver.solve(*known, rows, again=True)
 
         wp.capture_if(self._solver.failed, go_on)
-        self._launch_balance(state, contacts)
+        found = self._found_pairs
+        self._balance.launch(state, contacts, found, self.outer_impulses, self.change)
 
     def _add_up(self) -> None:
         """Launch the velocities at the step's end, which pairs work on."""
@@ -201,23 +194,6 @@ class ContactSolver:
         """Launch the change that leads to the velocities, where pairs have changed them."""
         inputs = [self.before, self._velocities]
         self._launch(self._ends.take_difference, self._model.node_count, inputs, [self.change])
-
-    def _launch_balance(self, state: State, contacts: Contacts) -> None:
-        """Launch what gives bodies back the momenta that the solve left over."""
-        a, solver, k = self._model.arrays, self._solver, self._rigid_balance
-        if self._pairs is not None and contacts.pairs is not None:
-            inputs = [a.step.body_start, *self._pairs.lists]
-            inputs += [contacts.pairs.nodes, contacts.pairs.modes]
-            self._launch(k.join_touching, 1, inputs, [self._groups])
-        inputs = [
-            self._free_bodies,
-            state.positions,
-            solver.kinds,
-            solver.axes,
-            contacts.slip_stiffness,
-        ]
-        inputs += [contacts.friction_forces, self.outer_impulses, self.before, state.carry]
-        self._launch(k.balance, len(self._groups), inputs, [self.change, self.carry])
 
     def _launch_update(self, contacts: Contacts) -> None:
         """Launch the impulses of the last solve, and the modes of the next one."""
@@ -244,17 +220,15 @@ class ContactSolver:
         relinearise: Callable[[Any, Any, Any], None],
     ) -> None:
         """Launch the arcs of bodies in flight, once the straight paths stand in ``after``."""
-        found = None if self._pairs is None else self._pairs.lists
         ends = (self.right, self.outer_impulses, self.change)
-        flown = Flown(*ends, found, self._groups, relinearise)
+        flown = Flown(*ends, self._found_pairs, self._balance.groups, relinearise)
         self.turning.launch(state, contacts, after, flown)
 
     def launch_account(self, contacts: Contacts) -> None:
         """Launch the account of the step, once its contacts have their impulses."""
         normals = self._solver.normals
-        found = None if self._pairs is None else self._pairs.lists
         moved = (self.outer_impulses, self.before, self.change)
-        self.accountant.launch(contacts, normals, *moved, found)
+        self.accountant.launch(contacts, normals, *moved, self._found_pairs)
 
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
