@@ -32,6 +32,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
 
     tet = make_tets(precision, SUBJECT)
     deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
+    nearly_rotation = tet.nearly_rotation
 
     @kernel
     def deformation_gradients(
@@ -131,8 +132,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
         volume_gradients: wp.array(dtype=vec3),
         forces: wp.array(dtype=vec3),
     ):
-        # a tet's rotation, for its muscles and its share in the matrix, is the mean of its edges',
-        # made orthogonal by two Newton-Schulz steps
+        # a tet's rotation, for its muscles and its share in the matrix, is the mean of its edges'
         t = wp.tid()
         stress = mat33()
         R = mat33()
@@ -143,10 +143,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
         corners = tets[t]
         for k in range(4):
             stress += node_stresses[corners[k]]
-        R = R * scalar(0.16666666666666666)
-        three = scalar(3.0) * wp.identity(n=3, dtype=scalar)
-        R = scalar(0.5) * R * (three - wp.transpose(R) * R)
-        R = scalar(0.5) * R * (three - wp.transpose(R) * R)
+        R = nearly_rotation(R * scalar(0.16666666666666666))
         rotations[t] = R
         B = rest_inverse[t]
         volume = rest_volume[t]

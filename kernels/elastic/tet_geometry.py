@@ -48,9 +48,17 @@ def make_tets(precision: str, subject: str) -> SimpleNamespace:
         along = (mu * wp.trace(outer)) * wp.identity(n=3, dtype=scalar)
         return lam * outer + wp.transpose(mu * outer) + along
 
+    @func
+    def nearly_rotation(R: mat33):
+        # a mean of close rotations, made orthogonal by two Newton-Schulz steps
+        three = scalar(3.0) * wp.identity(n=3, dtype=scalar)
+        first = scalar(0.5) * R * (three - wp.transpose(R) * R)
+        return scalar(0.5) * first * (three - wp.transpose(first) * first)
+
     return SimpleNamespace(
         deformation=deformation,
         cofactor=cofactor,
+        nearly_rotation=nearly_rotation,
         by_corner=by_corner,
         isotropic_block=isotropic_block,
     )

@@ -167,7 +167,7 @@ def test_a_combination_that_is_refused_does_not_end_a_sweep(tmp_path: Path) -> N
     wrong = replace(jobs()[0], settings=settings)
     assert not settings.possible
     outcome = sweep([wrong], RunJournal(tmp_path, "cantilever"), Inline())[wrong.key]
-    assert not outcome.complete and "warped tangent" in outcome.status
+    assert not outcome.complete and "no exact tangent" in outcome.status
     kept = RunJournal(tmp_path, "cantilever").outcomes[wrong.key]
     assert kept.status == outcome.status
 

@@ -149,11 +149,11 @@ def test_the_shorthands_of_a_simulation_are_checked() -> None:
 
 
 def test_options_that_do_not_go_together_are_refused() -> None:
-    with pytest.raises(InputError, match="smoothed elements have a warped tangent only"):
+    with pytest.raises(InputError, match="smoothed elements have no exact tangent"):
         wsb.SimulationOptions(elements="smoothed", tangent="exact")
     bent = wsb.SimulationOptions(elements="smoothed")
     object.__setattr__(bent, "tangent", "exact")
-    with pytest.raises(InputError, match="smoothed elements have a warped tangent only"):
+    with pytest.raises(InputError, match="smoothed elements have no exact tangent"):
         wsb.build_model(scene(), bent)
 
 

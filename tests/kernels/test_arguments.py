@@ -61,7 +61,8 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
         if plan.scene.ground is not None:
             plan.scene.ground.measure(np.zeros((1, 3)))
     rig(box(), material=Material(volume="exact"), time_step=0.01).step()
-    rig(box(), material=Material(volume="exact"), tangent="conserving", time_step=0.01).step()
+    rig(box(), material=Material(volume="exact"), tangent="exact", time_step=0.01).step()
+    rig(box(), material=Material(volume="exact"), elements="smoothed", time_step=0.01).step()
     rig(box(), elements="smoothed", time_step=0.01).step()
     rig(box(), tangent="exact", newton_iterations=2, time_step=0.01).step()
     plain = rig(muscular_bar(), native_code=False, time_step=0.01)

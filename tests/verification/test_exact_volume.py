@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from tests.support.bodies import Rig, box, crumpled, epsilon, numbers, rig
-from warp_softbody import Character, Material, Scene, SimulationOptions, build_model
+from warp_softbody import Character, Material
 from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.options import TANGENTS, Precision, Tangent
 from warp_softbody.errors import InputError
@@ -157,11 +157,6 @@ def test_free_body_keeps_its_momentum() -> None:
     before = placed.momentum
     placed.step(50)
     np.testing.assert_allclose(placed.momentum, before, atol=50 * 1e-12 * placed.masses.sum() * 3.0)
-
-
-def test_smoothed_elements_are_refused() -> None:
-    with pytest.raises(InputError, match="'body' resists its exact change of volume"):
-        build_model(Scene(character=body()), SimulationOptions(elements="smoothed"))
 
 
 def test_volume_must_be_known() -> None:

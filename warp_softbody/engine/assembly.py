@@ -9,12 +9,14 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
 from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
 from warp_softbody.kernels.elastic.rotation_lanes import GROUP, rotation_lanes_on
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
+from warp_softbody.kernels.elastic.smoothed_volume import make_smoothed_volume
 from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent
 from warp_softbody.kernels.elastic.volume_tangent import make_volume_tangent
 
@@ -73,12 +75,27 @@ class Assembly:
                 twisted = self._tangent_kind == TangentKind.EXACT
                 self._twists = model.zeros(4 * m if twisted else 0, types.vec3)
         if options.elements == "smoothed":
-            self._smoothing = make_smoothing(options.precision)
-            self._deformations = model.zeros(m, types.mat33)
-            self._edge_stresses = model.zeros(self._edge_count, types.mat33)
-            self._edge_rotations = model.zeros(self._edge_count, types.mat33)
-            self._node_stresses = model.zeros(n, types.mat33)
-            self._volume_gradients = model.zeros(16 * m, types.vec3)
+            self._allocate_smoothing(model)
+
+    def _allocate_smoothing(self, model: Model) -> None:
+        types, n, m = model.types, model.node_count, model.tet_count
+        self._smoothing = make_smoothing(model.options.precision)
+        self._deformations = model.zeros(m, types.mat33)
+        self._edge_stresses = model.zeros(self._edge_count, types.mat33)
+        self._edge_rotations = model.zeros(self._edge_count, types.mat33)
+        linear = any(part.material.volume == "linear" for part in model.materials)
+        self._node_stresses = model.zeros(n if linear else 0, types.mat33)
+        self._turned_gradients = model.zeros(16 * m if linear else 0, types.vec3)
+        if self._exact_volume is not None:
+            self._smoothed_volume = make_smoothed_volume(model.options.precision)
+            self._pressures = model.zeros(n, types.scalar)
+            self._smoothed_state = struct_of(
+                self._smoothed_volume.SmoothedState,
+                deformations=self._deformations,
+                stresses=self._edge_stresses,
+                rotations=self._edge_rotations,
+                pressures=self._pressures,
+            )
 
     def launch(self, positions: Any, velocities: Any) -> None:
         """Launch all of it; ``velocities`` are those of the momentum."""
@@ -97,8 +114,6 @@ class Assembly:
                 Phase(m.tet_count, self._smoothed_tets),
             ]
         edges = [Phase(self._edge_count, self._edges)]
-        if self._smoothing is not None:
-            edges = [Phase(self._edge_count, self._smoothed_edges)]
         if self._tangent is not None:
             edges = [
                 Phase(m.tet_count, lambda a, b: self._couple(positions, a, b)),
@@ -171,18 +186,27 @@ class Assembly:
         for part, a, b in self._by_body("nodes", first, last):
             around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
             inputs = [*around, arrays.mesh.rest_volume, part.lame, self._deformations]
-            outputs = [self._node_stresses[a:b], self.node_rotations[a:b]]
-            self._launch(self._smoothing.stress_nodes, a, b, inputs, outputs)
+            if part.material.volume == "exact":
+                kernel, found = self._smoothed_volume.press_nodes, self._pressures
+            else:
+                kernel, found = self._smoothing.stress_nodes, self._node_stresses
+            self._launch(kernel, a, b, inputs, [found[a:b], self.node_rotations[a:b]])
 
-    def _smoothed_tets(self, a: int, b: int) -> None:
-        tets, *rest = self._body(a, b)
-        structure = [tets, self._model.arrays.gather.tet_edges[a:b], *rest]
-        stresses = [self._edge_stresses, self._edge_rotations, self._node_stresses]
-        stresses.append(self.node_rotations)
-        corners, volumes = slice(4 * a, 4 * b), slice(16 * a, 16 * b)
-        outputs = [self.rotations[a:b], self._gradients[corners]]
-        outputs += [self._volume_gradients[volumes], self._forces[corners]]
-        self._launch(self._smoothing.smoothed_tets, a, b, [*structure, *stresses], outputs)
+    def _smoothed_tets(self, first: int, last: int) -> None:
+        for part, a, b in self._by_body("tets", first, last):
+            tets, *rest = self._body(a, b)
+            structure = [tets, self._model.arrays.gather.tet_edges[a:b], *rest]
+            corners = slice(4 * a, 4 * b)
+            outputs = [self.rotations[a:b], self._gradients[corners]]
+            if part.material.volume == "exact":
+                inputs = [*structure, int(self._tangent is not None), a, self._smoothed_state]
+                outputs += [self._volume_gradients[corners], self._forces[corners]]
+                self._launch(self._smoothed_volume.smoothed_tets, a, b, inputs, outputs)
+                continue
+            stresses = [self._edge_stresses, self._edge_rotations, self._node_stresses]
+            inputs = [*structure, *stresses, self.node_rotations]
+            outputs += [self._turned_gradients[16 * a : 16 * b], self._forces[corners]]
+            self._launch(self._smoothing.smoothed_tets, a, b, inputs, outputs)
 
     def _edge_inputs(self, part: MaterialPart, a: int, b: int) -> list[Any]:
         arrays = self._model.arrays
@@ -200,11 +224,10 @@ class Assembly:
             if part.material.volume == "exact":
                 kernel = self._exact_volume.stiffness_edges
                 self._each_edge(kernel, a, b, self._volume_gradients)
+            elif self._smoothing is not None:
+                self._each_edge(self._smoothing.smoothed_edges, a, b, self._turned_gradients)
             else:
                 self._each_edge(self._elasticity.stiffness_edges, a, b)
-
-    def _smoothed_edges(self, first: int, last: int) -> None:
-        self._each_edge(self._smoothing.smoothed_edges, first, last, self._volume_gradients)
 
     def _couple(self, positions: Any, first: int, last: int) -> None:
         for part, a, b in self._by_body("tets", first, last):

@@ -162,11 +162,13 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
 
 
 def _refuse_mixtures(scene: Scene, options: SimulationOptions) -> None:
+    if options.elements == "linear" or options.tangent == "warped":
+        return
     for character in scene.characters:
-        if character.material.volume == "exact" and options.elements != "linear":
+        if character.material.volume != "exact":
             raise InputError(
-                f"body {character.name!r} resists its exact change of volume, which linear "
-                f"elements know alone, got {options.elements} elements"
+                f"body {character.name!r} resists the trace of its strain, for which smoothed "
+                f"elements have a warped tangent only, got tangent {options.tangent!r}"
             )
 
 

@@ -74,7 +74,7 @@ class SimulationOptions:
             ChoiceKind(ELEMENTS),
             "four-node tets; smoothed ones take their forces from strains averaged over edges and "
             "nodes, which relieves locking in bending and near incompressibility, and go with the "
-            "warped tangent alone",
+            "warped tangent, where volumes are exact with the conserving one too",
             knob="elements",
             short="",
         ),
@@ -183,10 +183,8 @@ class SimulationOptions:
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""
         check_options(self)
-        if self.elements == "smoothed" and self.tangent != "warped":
-            raise InputError(
-                f"smoothed elements have a warped tangent only, got tangent {self.tangent!r}"
-            )
+        if self.elements == "smoothed" and self.tangent == "exact":
+            raise InputError("smoothed elements have no exact tangent, got tangent 'exact'")
 
     @property
     def cone_directions(self) -> int:

@@ -24,7 +24,7 @@ CONTROLLED: Mapping[str, tuple[Any, ...]] = {
     "preconditioner": ("two-level",),
     "threads": (2,),
 }
-"""Other values than shipped; smoothed elements are refused by bodies of exact volume."""
+"""Other values than shipped."""
 
 LETTER: Mapping[str, Any] = {
     "controlled": True,
