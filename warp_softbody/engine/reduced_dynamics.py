@@ -9,32 +9,20 @@ eliminated).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.host_view import HostViews
-from warp_softbody.device.launching import launch
 from warp_softbody.device.turns import shares_warp
-from warp_softbody.device.warp_runtime import captured
+from warp_softbody.engine.block_solver import BlockSolver
 from warp_softbody.engine.free_turn import FreeTurn
-from warp_softbody.engine.muscle_map import MuscleMap
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import Value
-from warp_softbody.kernels.linear.block_lanes import lanes_on
-from warp_softbody.kernels.linear.block_pcg import make_block_gradients
-from warp_softbody.kernels.linear.codes import BlockCounter, VelocityConstraint
 from warp_softbody.kernels.precision import BLOCK
-from warp_softbody.linear.block_ldlt import Freedom
-from warp_softbody.linear.preconditioner import make_preconditioner
-
-BLOCK_COST = 3
-"""Cost of an iteration of a block in units of one for a single right-hand side."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -93,58 +81,14 @@ class ReducedDynamics:
         self._most_iterations = checks.whole(
             "max_iterations of a ReducedDynamics", max_iterations, low=1
         )
-        model = stepper.model
-        types = model.types
         self._stepper = stepper
-        self._kernels = make_block_gradients(model.options.precision)
-        options = model.options
-        native = lanes_on(options.device, options.precision) if options.native_code else None
-        self._products = native or self._kernels
-        self._muscle_map = MuscleMap(stepper, native) if model.segment_count else None
-        self._counters = model.zeros(len(BlockCounter), wp.int32)
-        self._tolerance = model.array([tolerance], types.scalar)
-        matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
-        self._preconditioner = make_preconditioner(model.system, *matrix)
-        # contact is not in this matrix: only fixed nodes are held, nothing slides
-        self._unbound = Freedom(
-            model.array(
-                np.where(model.fixed, VelocityConstraint.FIXED, VelocityConstraint.NONE), wp.int32
-            ),
-            model.zeros(model.node_count, types.vec3),
-            model.zeros(model.node_count, types.mat33),
-        )
-        self._allocate(-(-row_capacity // BLOCK))
-
-    def _allocate(self, blocks: int) -> None:
-        """Work arrays for a number of blocks of rows, and no graphs yet."""
-        model = self._stepper.model
-        block = model.types.block
-        sizes = dict.fromkeys(("j", "x", "r", "z", "p", "q", "half"), 3 * model.node_count)
-        sizes |= dict.fromkeys(("rr", "rz", "pq"), model.system.chunk_count)
-        sizes |= {"stretch": 6 * model.tet_count, "maps": max(1, model.segment_count)}
-        scalars = ("target", "old product", "product", "curvature", "response")
-        self._room = {name: model.zeros((blocks, size), block) for name, size in sizes.items()}
-        self._room |= {name: model.zeros(blocks, block) for name in scalars}
-        self._blocks = blocks
-        self._work = self._room
         self._views = HostViews()
-        self._last_rows = 0
-        self._graphs: dict[tuple[bool, int], Any] = {}
-
-    def _use(self, count: int) -> None:
-        """Begin anew with as many of the blocks as hold a number of rows."""
-        blocks = max(1, -(-count // BLOCK))
-        if blocks > self._blocks:
-            self._allocate(blocks)
-        self._work = {name: array[:blocks] for name, array in self._room.items()}
-        self._views = HostViews()
-        self._work["x"].zero_()
-        self._last_rows = count
+        self._blocks = BlockSolver(stepper, row_capacity, tolerance, self._most_iterations)
 
     @property
     def row_capacity(self) -> int:
         """Rows of J that there is room for."""
-        return self._blocks * BLOCK
+        return self._blocks.row_capacity
 
     @shares_warp
     def solve(self, rows: FloatArray, *, free: bool = False) -> ControlProblem:
@@ -164,19 +108,18 @@ class ReducedDynamics:
         left = rows if turn is None else turn.rows
         moved, shifts = self._translations(left)
         others = np.flatnonzero(~moved)
-        iterations = self._solve_blocks(left[others])
+        iterations, found = self._blocks.solve(left[others])
         count, segments = len(rows), model.segment_count
         responses = np.empty((count, rows.shape[1]))
-        responses[others] = self._from_blocks(self._views.read(self._work["x"]), len(others))
+        responses[others] = found.responses
         responses[moved] = np.tile(shifts, model.node_count)
         free_velocity = np.empty(count)
-        free_velocity[others] = self._views.read(self._work["response"]).reshape(-1)[: len(others)]
+        free_velocity[others] = found.free_velocity
         known = self._views.read(self._stepper.assembly.momentum)
         momenta = known.sum(axis=0, dtype=np.float64)
         free_velocity[moved] = shifts @ momenta
         maps = np.zeros((count, segments))
-        by_segment = self._views.read(self._work["maps"])
-        maps[others] = self._from_blocks(by_segment, len(others))[:, :segments]
+        maps[others] = found.muscle_map[:, :segments]
         if turn is not None:
             # muscles have no torque, so that their maps stay
             responses += turn.responses
@@ -228,81 +171,6 @@ class ReducedDynamics:
         moved[likely[sure]] = True
         damping = model.scene.character.material.mass_damping
         return moved, direction[sure] / (1.0 + model.options.time_step * damping)
-
-    def _solve_blocks(self, rows: FloatArray) -> int:
-        """Run the block iteration on rows; its iterations."""
-        model = self._stepper.model
-        if len(rows) != self._last_rows:
-            self._use(len(rows))
-        self._views.write(self._work["j"], self._to_blocks(rows))
-        renew = self._preconditioner.stale
-        key = (renew, len(self._work["j"]))
-        if key not in self._graphs:
-            self._graphs[key] = captured(model.options.device, lambda: self._launch(renew))
-        wp.capture_launch(self._graphs[key])
-        if renew:
-            self._preconditioner.renewed()
-        iterations = int(self._views.read(self._counters)[BlockCounter.ITERATIONS])
-        self._preconditioner.used(BLOCK_COST * iterations, fresh=BLOCK_COST)
-        return iterations
-
-    def _to_blocks(self, rows: FloatArray) -> npt.NDArray[np.floating]:
-        dtype = np.dtype(self._stepper.model.options.precision)
-        blocks = np.zeros((len(self._work["j"]), rows.shape[1], BLOCK), dtype=dtype)
-        for begin, block in zip(range(0, len(rows), BLOCK), blocks, strict=False):
-            part = rows[begin : begin + BLOCK]
-            block[:, : len(part)] = part.T
-        return blocks
-
-    @staticmethod
-    def _from_blocks(blocks: npt.NDArray[np.floating], count: int) -> FloatArray:
-        """(blocks, k, 16) to (count, k)."""
-        flat = blocks.transpose(0, 2, 1).reshape(-1, blocks.shape[1])
-        return np.asarray(flat[:count], dtype=np.float64)
-
-    def _run(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
-        device = self._stepper.model.options.device
-        launch(kernel, dim, inputs, outputs, device)
-
-    def _launch(self, renew: bool) -> None:
-        model, a, k = self._stepper.model, self._stepper.model.arrays, self._kernels
-        w, blocks = self._work, len(self._work["j"])
-        if renew:
-            self._preconditioner.renew(self._unbound)
-        self._preconditioner.prepare(self._unbound)
-        size = [model.system.chunk, model.node_count]
-        rows = [a.masses.fixed, a.pattern.row_start, a.pattern.column, a.masses.damped_mass]
-        matrix = self._stepper.assembly.values
-        chunks = (blocks, model.system.chunk_count)
-        residual = [w["j"], w["x"]]
-        products = self._products
-        self._run(k.squares, chunks, [*size, w["j"]], [w["rr"]])
-        self._run(k.set_targets, blocks, [self._tolerance, w["rr"]], [w["target"]])
-        self._run(products.residual, chunks, [*size, *rows, matrix, *residual], [w["r"], w["rr"]])
-        ends = [w["old product"], self._counters]
-        self._run(k.begin, 1, [w["rr"], w["target"]], ends)
-
-        def iterate() -> None:
-            self._preconditioner.apply_block(w["r"], w["half"], w["z"])
-            self._run(k.products, chunks, [*size, a.masses.fixed, w["r"]], [w["z"], w["rz"]])
-            self._run(k.add_up, blocks, [w["rz"]], [w["product"]])
-            inputs = [*size, w["product"], w["old product"], w["z"]]
-            self._run(k.direction, chunks, inputs, [w["p"]])
-            inputs = [*size, *rows, matrix, w["p"]]
-            self._run(products.curvature, chunks, inputs, [w["q"], w["pq"]])
-            self._run(k.add_up, blocks, [w["pq"]], [w["curvature"]])
-            inputs = [*size, w["product"], w["curvature"], w["p"], w["q"]]
-            self._run(k.advance, chunks, inputs, [w["x"], w["r"], w["rr"]])
-            inputs = [self._most_iterations, w["product"], w["rr"], w["target"]]
-            self._run(k.conclude, 1, inputs, ends)
-
-        wp.capture_while(
-            self._counters[BlockCounter.CONDITION : BlockCounter.CONDITION + 1], iterate
-        )
-        inputs = [model.node_count, w["x"], self._stepper.assembly.momentum]
-        self._run(k.free_response, blocks, inputs, [w["response"]])
-        if self._muscle_map is not None:
-            self._muscle_map.launch(w["x"], w["stretch"], w["maps"])
 
 
 Bridge = ReducedDynamics
