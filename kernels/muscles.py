@@ -107,6 +107,7 @@ def make_muscles(precision: str) -> SimpleNamespace:
     def tet_response(
         # model
         tets: wp.array(dtype=wp.vec4i),
+        turned: int,
         # in
         rotations: wp.array(dtype=mat33),
         area_rows: wp.array(dtype=mat33),
@@ -115,10 +116,13 @@ def make_muscles(precision: str) -> SimpleNamespace:
         stretch: wp.array2d(dtype=block),
     ):
         # sum_a (R^T (W_a - W_0)) (R^T V0 cof(F) g_a)^T, its symmetric part, for every right-hand
-        # side: a fibre stress d d^T in the rest frame answers with d^T of it d
+        # side: a fibre stress d d^T in the rest frame answers with d^T of it d. Areas that are
+        # ``turned`` stand in the rest frame already; implicit muscles have F in place of R
         b, t = wp.tid()
         R = rotations[t]
-        H = area_rows[t] * R
+        H = area_rows[t]
+        if turned == 0:
+            H = area_rows[t] * R
         corners = tets[t]
         n0 = 3 * corners[0]
         w0 = responses[b, n0]

@@ -331,6 +331,7 @@ def make_block_lanes(precision: str) -> SimpleNamespace:
     def tet_response(
         # model
         tets: wp.array(dtype=wp.vec4i),
+        turned: int,
         # in
         rotations: wp.array(dtype=mat33),
         area_rows: wp.array(dtype=mat33),
@@ -339,7 +340,10 @@ def make_block_lanes(precision: str) -> SimpleNamespace:
         stretch: wp.array2d(dtype=block),
     ):
         b, t = wp.tid()
-        stretch_of(b, t, area_rows[t] * rotations[t], tets, rotations, responses, stretch)
+        areas = area_rows[t]
+        if turned == 0:
+            areas = area_rows[t] * rotations[t]
+        stretch_of(b, t, areas, tets, rotations, responses, stretch)
 
     @kernel
     def share_directions(

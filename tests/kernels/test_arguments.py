@@ -68,6 +68,10 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
     plain = rig(muscular_bar(), native_code=False, time_step=0.01)
     plain.step()
     ReducedDynamics(plain.stepper).solve(np.ones((1, 3 * plain.model.node_count)))
+    for native in (True, False):
+        muscles = rig(muscular_bar(), muscles="implicit", native_code=native, time_step=0.01)
+        muscles.step()
+        ReducedDynamics(muscles.stepper).solve(np.ones((1, 3 * muscles.model.node_count)))
     large = rig(muscular_bar(), preconditioner="two_level", time_step=0.01)
     large.step()
     ReducedDynamics(large.stepper).solve(np.ones((1, 3 * large.model.node_count)))

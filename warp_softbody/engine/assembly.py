@@ -10,6 +10,7 @@ import warp as wp
 
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
+from warp_softbody.engine.implicit_muscles import ImplicitMuscles
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
@@ -39,6 +40,7 @@ class Assembly:
         node_rotations: (n,) mat33, means over the tets around.
         impulses: (n,) vec3 N s, dt (f_x + f_e).
         momentum: (n,) vec3, M v + dt (f_x + f_e).
+        muscles: those that the matrix knows; None where there are none.
     """
 
     def __init__(self, model: Model) -> None:
@@ -46,7 +48,10 @@ class Assembly:
         types, n, m, options = model.types, model.node_count, model.tet_count, model.options
         self._model = model
         self._elasticity = make_elasticity(options.precision)
-        self._muscular = int(model.segment_count > 0)
+        muscular = model.segment_count > 0
+        implicit = muscular and options.muscles == "implicit"
+        self.muscles = ImplicitMuscles(model) if implicit else None
+        self._muscular = int(muscular and not implicit)
         self.rotations = model.zeros(m, types.mat33)
         self.area_rows = model.zeros(m, types.mat33) if self._muscular else None
         self.values = model.zeros(len(model.topology.column), types.mat33)
@@ -97,12 +102,15 @@ class Assembly:
                 pressures=self._pressures,
             )
 
-    def launch(self, positions: Any, velocities: Any) -> None:
-        """Launch all of it; ``velocities`` are those of the momentum."""
-        for phase in self.phases(positions, velocities):
+    def launch(self, positions: Any, velocities: Any, iterate: Any = None) -> None:
+        """Launch all of it; ``velocities`` are those of the momentum.
+
+        ``iterate`` are the velocities of the last Newton iteration, where there is one.
+        """
+        for phase in self.phases(positions, velocities, iterate):
             phase.launch(0, phase.count)
 
-    def phases(self, positions: Any, velocities: Any) -> list[Phase]:
+    def phases(self, positions: Any, velocities: Any, iterate: Any = None) -> list[Phase]:
         """The work in order; each phase reads what the ones before it wrote."""
         m = self._model
         tets = [Phase(m.tet_count, lambda a, b: self._tets(positions, a, b))]
@@ -119,6 +127,10 @@ class Assembly:
                 Phase(m.tet_count, lambda a, b: self._couple(positions, a, b)),
                 Phase(self._edge_count, self._coupled_edges),
             ]
+        if self.muscles is not None:
+            moving = velocities if iterate is None else iterate
+            work = self.muscles.work(positions, moving, self.values)
+            edges += [Phase(count, launch_part) for count, launch_part in work]
         nodes = [Phase(m.node_count, lambda a, b: self._nodes(velocities, a, b))]
         return [*tets, *edges, *nodes]
 

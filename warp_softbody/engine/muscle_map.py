@@ -21,11 +21,16 @@ class MuscleMap:
         self._lanes = lanes
         self._kernels = make_muscles(stepper.model.options.precision)
         if lanes is not None:
-            a, model = stepper.model.arrays.muscles, stepper.model
-            pairs = [a.pair_segment, a.pair_weight, a.directions]
-            count = len(a.pair_segment)
+            model, count = stepper.model, len(stepper.model.arrays.muscles.pair_segment)
             self._shares = model.zeros((max(1, count), SHARES), model.types.scalar)
-            with_kernels(lambda: self._run(lanes.share_directions, count, pairs, [self._shares]))
+            weights = model.arrays.muscles.pair_weight
+            with_kernels(lambda: self._share(lanes, weights))
+
+    def _share(self, lanes: SimpleNamespace, weights: Any) -> None:
+        """Launch what the native map makes of the weights (q,) of the pairs."""
+        a = self._stepper.model.arrays.muscles
+        pairs = [a.pair_segment, weights, a.directions]
+        self._run(lanes.share_directions, len(weights), pairs, [self._shares])
 
     def launch(self, responses: Any, stretch: Any, maps: Any) -> None:
         """Launch the map of ``responses`` (blocks, 3n).
@@ -36,14 +41,21 @@ class MuscleMap:
         a, blocks = model.arrays.muscles, len(responses)
         factors = [a.stiffness, model.arrays.step.factors]
         tet_response = (self._lanes or self._kernels).tet_response
-        inputs = [model.arrays.mesh.tets, now.rotations, now.area_rows, responses]
+        weights, frames = a.segment_weight, [now.rotations, now.area_rows]
+        if now.muscles is not None:
+            by_tet, weights = now.muscles.launch_weights()
+            frames = [now.muscles.deformations, now.muscles.rest_rows]
+            if self._lanes is not None:
+                self._share(self._lanes, by_tet)
+        turned = int(now.muscles is not None)
+        inputs = [model.arrays.mesh.tets, turned, *frames, responses]
         self._run(tet_response, (blocks, model.tet_count), inputs, [stretch])
         if self._lanes is not None:
             pairs = [a.pair_start, a.pair_segment, self._shares]
             inputs = [*pairs, *factors, stretch]
             self._run(self._lanes.muscle_response_by_tets, blocks, inputs, [maps])
             return
-        segments = [a.segment_start, a.segment_tet, a.segment_weight, a.directions]
+        segments = [a.segment_start, a.segment_tet, weights, a.directions]
         shape = (blocks, model.segment_count)
         self._run(self._kernels.muscle_response, shape, [*segments, *factors, stretch], [maps])
 

@@ -19,11 +19,13 @@ from warp_softbody.inputs.option_kinds import (
 Precision = Literal["auto", "float32", "float64"]
 Tangent = Literal["warped", "conserving", "exact"]
 Elements = Literal["linear", "smoothed"]
+MuscleLaw = Literal["explicit", "implicit"]
 Cone = Literal["smooth", "4", "8"]
 PreconditionerChoice = Literal["auto", "factor", "two_level"]
 PRECISIONS: tuple[Precision, ...] = get_args(Precision)
 TANGENTS: tuple[Tangent, ...] = get_args(Tangent)
 ELEMENTS: tuple[Elements, ...] = get_args(Elements)
+MUSCLE_LAWS: tuple[MuscleLaw, ...] = get_args(MuscleLaw)
 CONES: tuple[Cone, ...] = get_args(Cone)
 PRECONDITIONERS: tuple[PreconditionerChoice, ...] = get_args(PreconditionerChoice)
 DEVICE = re.compile(r"cpu|cuda(:\d+)?")
@@ -77,6 +79,14 @@ class SimulationOptions:
             "warped tangent, where volumes are exact with the conserving one too",
             knob="elements",
             short="",
+        ),
+    )
+    muscles: MuscleLaw = field(
+        default="explicit",
+        metadata=option(
+            ChoiceKind(MUSCLE_LAWS),
+            "tension of muscles: explicit, from the length at the step's start; implicit ones have "
+            "an energy, whose stiffness the matrix of the step and of its plan knows",
         ),
     )
     cone: Cone = field(

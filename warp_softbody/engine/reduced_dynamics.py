@@ -36,7 +36,7 @@ class ControlProblem(Value):
         compliance: W^T J^T, (r, r), symmetric.
         free_velocity: J v+ without muscle tension and contact, (r,).
         muscle_map: change of J v+ per metre of (l_d - l), (r, s).
-        lengths: l, (s,) m, at the start of the step.
+        lengths: l, (s,) m, at the start of the step; of implicit muscles l_0 times their stretch.
         rest_lengths: l_0, (s,) m.
         iterations: of the block solve.
         converged: whether every row reached the tolerance.

@@ -1,7 +1,8 @@
 """One linearly implicit step (paper eq. 8-9) with contact, captured once as graphs and replayed.
 
 ``M~ v+ = M v + dt (f_x + f_e + A (l_d - l)) + contact impulses``, ``x+ = x + dt v+``, with
-``M~ = (1 + dt mu) M + (dt lambda + dt^2) K`` and K the warped stiffness.
+``M~ = (1 + dt mu) M + (dt lambda + dt^2) K`` and K the warped stiffness; implicit muscles add dt^2
+times their own.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Stepper:
         assembly: rotations, forces and matrix of the state last assembled.
         contact: solves, contact modes and impulses of the last step.
         fiber_points: (p,) vec3 m, vertices of the fibres.
-        lengths: (s,) scalar m, of the segments.
+        lengths: (s,) scalar m, of the segments; of implicit ones l_0 times their mean stretch.
         assembled: the state that was last assembled.
     """
 
@@ -67,7 +68,11 @@ class Stepper:
         self.assembly = Assembly(model)
         self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
+        muscles = self.assembly.muscles
         self.lengths = model.zeros(model.segment_count, types.scalar)
+        if muscles is not None:
+            self.lengths = muscles.lengths
+            self._iterate = model.zeros(model.node_count, types.vec3)
         self._tensions = model.zeros(model.segment_count, types.scalar)
         self._extremes = model.zeros(2, wp.float64)
         self._read_extremes = HostView(self._extremes).read
@@ -85,7 +90,10 @@ class Stepper:
 
     @shares_warp
     def assemble(self, state: State) -> None:
-        """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state."""
+        """Rotations, elastic forces, matrix, muscle lengths and the known momentum of a state.
+
+        Of implicit muscles the matrix knows all, as those that act are not chosen yet.
+        """
         self._begin(state)
         self._run_assembly(state)
 
@@ -134,7 +142,7 @@ class Stepper:
         whole = decide is None and clock is None and self._workers is None
         for parts in WHOLE if whole else SINGLE:
             if "assembly" in parts:
-                self._begin(state)
+                self._begin(state, control if decide is None else None)
             if "solve" in parts:
                 if decide is not None:
                     decide()
@@ -144,9 +152,20 @@ class Stepper:
             _mark(clock, parts[-1])
         return self._read_statistics()
 
-    def _begin(self, state: State) -> None:
-        """Note what is to be assembled, and that no controller has planned the step yet."""
+    def _begin(self, state: State, control: Control | None = None) -> None:
+        """Note what is to be assembled, and that no controller has planned the step yet.
+
+        ``control`` is None where it is still to be chosen.
+        """
         self.assembled = state
+        muscles = self.assembly.muscles
+        if muscles is None:
+            return
+        if control is None:
+            muscles.limits.zero_()
+        else:
+            checked_parts(self.model, (control,))
+            wp.copy(muscles.limits, control.rest_lengths)
         self.contact.turning.follow_plan(False)
 
     def _prepare(self, state: State, control: Control, contacts: Contacts) -> None:
@@ -217,8 +236,9 @@ class Stepper:
             points = [a.muscles.point_nodes, a.muscles.point_weights, state.positions]
             count = len(m.muscles.point_nodes)
             self._launch(self._muscles.fiber_points, count, points, [self.fiber_points])
-            inputs = [a.muscles.segment_points, self.fiber_points]
-            self._launch(self._muscles.segment_lengths, m.segment_count, inputs, [self.lengths])
+            if self.assembly.muscles is None:
+                ends = [a.muscles.segment_points, self.fiber_points]
+                self._launch(self._muscles.segment_lengths, m.segment_count, ends, [self.lengths])
 
     def _known_forces(self, control: Control) -> Any:
         """The struct of what a step is driven by, beside contact."""
@@ -235,22 +255,27 @@ class Stepper:
         self, state: State, control: Control, contacts: Contacts, renew: bool
     ) -> None:
         m, a, k, contact = self.model, self.model.arrays, self._ends, self.contact
-        if self._muscles is not None:
-            inputs = [a.muscles.stiffness, control.rest_lengths, self.lengths]
-            self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
-            pairs = [
-                a.muscles.pair_start,
-                a.muscles.pair_segment,
-                a.muscles.pair_weight,
-                a.muscles.directions,
-            ]
-            inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
-            self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
+        self._launch_muscle_forces(control)
         inputs = [a.step.factors, int(m.options.follows_time_error), self._known_forces(control)]
         inputs += [state.velocities, state.increments, contacts.friction_forces]
         outputs = [contact.sides, contact.velocity_update, contact.start]
         self._launch(k.right_side, m.node_count, inputs, outputs)
         contact.launch_first(state, contacts, renew)
+
+    def _launch_muscle_forces(self, control: Control, *, again: bool = False) -> None:
+        """Tensions from the lengths last found, and their forces by corner."""
+        m, a = self.model, self.model.arrays.muscles
+        if self._muscles is None:
+            return
+        inputs = [a.stiffness, control.rest_lengths, self.lengths]
+        self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
+        if self.assembly.muscles is not None:
+            forces = self._muscle_forces
+            self.assembly.muscles.launch_forces(self._tensions, forces, again=again)
+            return
+        pairs = [a.pair_start, a.pair_segment, a.pair_weight, a.directions]
+        inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
+        self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
 
     def _launch_contact(
         self, state: State, control: Control, contacts: Contacts, after: State
@@ -284,7 +309,14 @@ class Stepper:
         ``moved`` is the struct of the velocities before the step and their change so far.
         """
         m, a, k, contact = self.model, self.model.arrays, self._ends, self.contact
-        self.assembly.launch(positions, state.velocities)
+        iterate, muscles = None, self.assembly.muscles
+        if muscles is not None:
+            iterate = self._iterate
+            self._launch(k.add_up, m.node_count, [moved.before, moved.change], [iterate])
+            wp.copy(muscles.limits, control.rest_lengths)
+        self.assembly.launch(positions, state.velocities, iterate)
+        if muscles is not None:
+            self._launch_muscle_forces(control, again=True)
         inputs = [a.step.factors, a.step.stiffness_share, a.pattern.row_start, a.pattern.column]
         inputs += [self.assembly.values, self._known_forces(control), moved]
         inputs += [contacts.friction_forces]

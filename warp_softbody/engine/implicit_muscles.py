@@ -1,0 +1,135 @@
+"""Muscles that the step's matrix knows: stretches, stiffness and forces of their energy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
+from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.engine.model import Model
+from warp_softbody.kernels.implicit_muscles import make_implicit_muscles
+
+Work = tuple[int, Callable[[int, int], None]]
+"""A number of independent items, and what launches those from a first to a last one."""
+
+
+class ImplicitMuscles:
+    """Work arrays of muscles with an energy; launches are capturable (docs/method.md section 2).
+
+    Attributes:
+        limits: (s,) scalar m, rest lengths l_d at which segments begin to pull; 0 where a
+            controller may choose any.
+        lengths: (s,) scalar m, l_0 times the mean stretch.
+        deformations: (m,) mat33, F.
+        rest_rows: (m,) mat33, rows V0 g_a of the corners 1 to 3.
+    """
+
+    def __init__(self, model: Model) -> None:
+        """Allocate for a model with muscles."""
+        types, layout = model.types, model.muscles
+        scalar, pairs = types.scalar, len(layout.pair_tet)
+        self._model = model
+        self._kernels = make_implicit_muscles(model.options.precision)
+        volume = layout.pair_weight * model.body.mesh.volumes[layout.pair_tet]
+        whole = np.bincount(layout.pair_segment, volume, model.segment_count)
+        share = volume / np.where(whole > 0.0, whole, 1.0)[layout.pair_segment]
+        own = model.arrays.muscles
+        self._fibers = struct_of(
+            self._kernels.Fibers,
+            own,
+            tets=model.arrays.mesh.tets,
+            rest_inverse=model.arrays.mesh.rest_inverse,
+            volume=model.array(volume, scalar),
+            share=model.array(share, scalar),
+            strength=model.array(layout.stiffness * layout.rest_lengths, scalar),
+        )
+        self._state = struct_of(
+            self._kernels.FiberState,
+            deformations=model.zeros(model.tet_count, types.mat33),
+            stretches=model.zeros(pairs, scalar),
+            rates=model.zeros(pairs, types.vec3),
+            directions=model.zeros(pairs, types.vec3),
+            reciprocals=model.zeros(pairs, scalar),
+            moduli=model.zeros(model.segment_count, scalar),
+            tensions=model.zeros(model.segment_count, scalar),
+        )
+        by_segment = np.argsort(layout.pair_segment, kind="stable").astype(np.int32)
+        self._segment_pair = model.array(by_segment, wp.int32)
+        self._rest_lengths = model.array(layout.rest_lengths, scalar)
+        self._given_back = model.array(_given_back(model), scalar)
+        self._blocks = model.zeros(6 * model.tet_count, types.mat33)
+        self._weights, self._sorted = model.zeros(pairs, scalar), model.zeros(pairs, scalar)
+        self.limits = model.zeros(model.segment_count, scalar)
+        self.lengths = model.zeros(model.segment_count, scalar)
+        self.deformations = self._state.deformations
+        self.rest_rows = model.zeros(model.tet_count, types.mat33)
+        mesh = [model.arrays.mesh.rest_inverse, model.arrays.mesh.rest_volume]
+        rest_rows, count = self._kernels.rest_rows, model.tet_count
+        with_kernels(lambda: self._launch(rest_rows, count, mesh, [self.rest_rows]))
+
+    def _launch(self, kernel: Any, count: int, inputs: list[Any], outputs: list[Any]) -> None:
+        launch(kernel, count, inputs, outputs, self._model.options.device)
+
+    def work(self, positions: Any, velocities: Any, values: Any) -> list[Work]:
+        """The work in order, once ``values`` holds the blocks between nodes of the matrix."""
+        a, k, s = self._model.arrays, self._kernels, self._state
+        own, edges = a.muscles, a.gather
+
+        def stretch(first: int, last: int) -> None:
+            inputs = [first, self._fibers, positions, velocities]
+            self._launch(k.stretch_fibers, last - first, inputs, [s])
+
+        def average(first: int, last: int) -> None:
+            inputs = [first, self._fibers, own.segment_start, self._segment_pair]
+            inputs += [self._rest_lengths, a.step.factors, self.limits]
+            self._launch(k.mean_stretches, last - first, inputs, [s, self.lengths])
+
+        def stiffen(first: int, last: int) -> None:
+            inputs = [first, self._fibers, a.step.factors, s]
+            self._launch(k.stiffen_tets, last - first, inputs, [self._blocks])
+
+        def add(first: int, last: int) -> None:
+            inputs = [first, edges.edge_start, edges.edge_corners, edges.edge_slots]
+            self._launch(k.stiffen_edges, last - first, [*inputs, self._blocks], [values])
+
+        m = self._model
+        return [
+            (m.tet_count, stretch),
+            (m.segment_count, average),
+            (m.tet_count, stiffen),
+            (len(m.topology.edge_slots), add),
+        ]
+
+    def launch_forces(self, tensions: Any, forces: Any, *, again: bool) -> None:
+        """Launch the forces (4 m,) vec3 N, by corner, of tensions (s,), Pa.
+
+        ``again``: for a further Newton iteration, about the velocities last worked with.
+        """
+        inputs = [self._fibers, self._given_back, int(again), tensions, self._state]
+        self._launch(self._kernels.pull_tets, self._model.tet_count, inputs, [forces])
+
+    def launch_weights(self) -> tuple[Any, Any]:
+        """Launch w / |F d| of the pairs, by tet and by segment, (q,) each."""
+        k, count = self._kernels, len(self._weights)
+        inputs = [self._model.arrays.muscles.pair_weight, self._state.reciprocals]
+        self._launch(k.weigh_pairs, count, inputs, [self._weights])
+        self._launch(k.by_segment, count, [self._segment_pair, self._weights], [self._sorted])
+        return self._weights, self._sorted
+
+
+def _given_back(model: Model) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """(m,) s, by which the rate of S f in a tet is still to be given back; see ``pull_tets``.
+
+    A Newton iteration gives back dt^2 / (dt lambda + dt^2) of what the matrix takes, as for
+    elasticity the rest is damping. Muscles have none.
+    """
+    dt = model.options.time_step
+    left = np.zeros(model.tet_count)
+    for part in model.materials:
+        left[part.tets] = dt * (1.0 - dt * dt / part.stiffness_factor)
+    return left
