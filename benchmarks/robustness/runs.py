@@ -90,8 +90,8 @@ def _record(
                 if limit is not None and time.monotonic() - begun > limit:
                     return _End(late=True)
         except NotFiniteError as error:
-            return _End(broken=f"not finite at {error.time:.2f} s")
+            return _End(broken=f"breaks off at {error.time:.2f} s")
         except InputError:
             # a plan refuses numbers that are not finite before the next step does
-            return _End(broken=f"not finite at {simulation.time:.2f} s")
+            return _End(broken=f"breaks off at {simulation.time:.2f} s")
     return _End()

@@ -120,7 +120,7 @@ def test_a_cell_shows_what_fails_is_refused_or_was_not_run() -> None:
         outcome(names[1], 0.5, "slides 0.50 m", "volume 6.0%"),
         outcome(names[2], None, refused="body 'letter_f' is too much"),
         outcome(names[3], None, limit=60.0),
-        outcome(names[4], None, "not finite at 0.25 s", note="linear volume"),
+        outcome(names[4], None, "breaks off at 0.25 s", note="linear volume"),
     )
     text = markdown(found, ["slide-f"], names)
     cells = [cell.strip() for cell in text.splitlines()[2].split("|")[1:-1]]
@@ -131,7 +131,7 @@ def test_a_cell_shows_what_fails_is_refused_or_was_not_run() -> None:
         "**0.50 m**, **volume 6.0%**",
     ]
     assert cells[4:6] == ["refused (1)", "longer than 60 s"]
-    assert cells[6:8] == ["- (linear volume), **not finite at 0.25 s**", NOT_RUN]
+    assert cells[6:8] == ["- (linear volume), **breaks off at 0.25 s**", NOT_RUN]
     assert "1. Refused: the body is too much." in text
     counts = summary(found, ["slide-f"], names)
     assert counts.startswith(
@@ -146,7 +146,7 @@ def test_how_far_a_number_moves() -> None:
     share, count = moved(found, "slide-f") or (0.0, 0)
     assert share == pytest.approx(0.15)
     assert count == 3
-    broken = by_name(*known, outcome(fourth, None, "not finite at 0.25 s"))
+    broken = by_name(*known, outcome(fourth, None, "breaks off at 0.25 s"))
     assert moved(broken, "slide-f") == (np.inf, 4)
     assert moved(by_name(known[0]), "slide-f") is None
     assert moved(by_name(*known[1:]), "slide-f") is None
@@ -197,7 +197,7 @@ def test_a_run_that_is_refused_breaks_off_or_takes_too_long(
         raise NotFiniteError("numbers stopped being finite", step=3, time=0.05)
 
     monkeypatch.setattr(Simulation, "step", break_off)
-    assert str(made(SHIPPED)) == "-, **not finite at 0.05 s**"
+    assert str(made(SHIPPED)) == "-, **breaks off at 0.05 s**"
 
 
 def test_a_run_is_made_again_where_it_is_given_more_time(tmp_path: Path) -> None:
