@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import os
 import platform
 import textwrap
@@ -65,7 +66,8 @@ def moves(outcomes: Outcomes, scene: str) -> str:
     if found is None:
         return "-"
     share, count = found
-    return f"{share:.0%} ({count} of {len(COMPARED)})"
+    text = f"{share:.0%}" if math.isfinite(share) else "breaks off"
+    return f"{text} ({count} of {len(COMPARED)})"
 
 
 def summary(outcomes: Outcomes, rows: Sequence[str], variants: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.fidelity.command import main
-from benchmarks.fidelity.table import BEGIN, END, NOT_RUN, markdown, moved, summary
+from benchmarks.fidelity.table import BEGIN, END, NOT_RUN, markdown, moved, moves, summary
 from benchmarks.fidelity.variants import COARSER, COMPARED, OTHER_ELEMENTS, VARIANTS
 from benchmarks.motions.criteria import CRITERIA
 from benchmarks.robustness.other_meshes import make_meshes
@@ -148,6 +148,8 @@ def test_how_far_a_number_moves() -> None:
     assert count == 3
     broken = by_name(*known, outcome(fourth, None, "breaks off at 0.25 s"))
     assert moved(broken, "slide-f") == (np.inf, 4)
+    assert moves(broken, "slide-f") == "breaks off (4 of 5)"
+    assert moves(found, "slide-f") == "15% (3 of 5)"
     assert moved(by_name(known[0]), "slide-f") is None
     assert moved(by_name(*known[1:]), "slide-f") is None
     # of an error, which is to be small, as a share of its bound
