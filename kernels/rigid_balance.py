@@ -84,16 +84,16 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         group: int,
         node_start: wp.array(dtype=int),
         groups: wp.array(dtype=int),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
     ):
         # the projector onto the translations of a group that nothing holds
         projector = wp.identity(n=3, dtype=wp.float64)
         for body in range(groups.shape[0]):
             if groups[body] == group:
                 for i in range(node_start[body], node_start[body + 1]):
-                    if kinds[i] != VelocityConstraint.NONE:
-                        projector = left_free(kinds[i], wide(axes[i]), projector)
+                    if constraints[i] != VelocityConstraint.NONE:
+                        projector = left_free(constraints[i], wide(constraint_axes[i]), projector)
                         if wp.trace(projector) < wp.float64(0.5):
                             return mat33d()
         return projector
@@ -117,8 +117,8 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         bodies: FreeBodies,
         # in
         positions: wp.array(dtype=vec3),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         friction_forces: wp.array(dtype=vec3),
         outer_impulses: wp.array(dtype=vec3),
@@ -136,7 +136,9 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         carry[2 * group + 1] = vec3d()
         if bodies.groups[group] != group:
             return
-        projector = directions_left(group, bodies.node_start, bodies.groups, kinds, axes)
+        projector = directions_left(
+            group, bodies.node_start, bodies.groups, constraints, constraint_axes
+        )
         if wp.trace(projector) < wp.float64(0.5):
             return
         missing = vec3d()
@@ -165,7 +167,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                         center += damped * arm
                         turning += wp.cross(arm, own)
                         moments += inertia_of(arm, damped)
-                    if kinds[i] != VelocityConstraint.NONE:
+                    if constraints[i] != VelocityConstraint.NONE:
                         slip = slip_stiffness[i]
                         missing += wide(friction_forces[i] - slip * (before[i] + change[i]))
                         answer += wide_block(slip)
@@ -201,7 +203,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                     taken += impulse
                     if free_to_turn:
                         turned += wp.cross(arm, impulse)
-                    if kinds[i] != VelocityConstraint.NONE:
+                    if constraints[i] != VelocityConstraint.NONE:
                         taken += wide_block(slip_stiffness[i]) * gained
         carry[2 * group] = projector * (missing - taken)
         if free_to_turn:

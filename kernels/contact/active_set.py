@@ -83,8 +83,8 @@ def make_active_set(
         modes: wp.array(dtype=int),
         before: wp.array(dtype=vec3),
         # out
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         change: wp.array(dtype=vec3),
     ):
         c = wp.tid()
@@ -99,14 +99,14 @@ def make_active_set(
                 change[i] = given * n - before[i]
             elif mode != Mode.LIFT:
                 kind, axis = constraint_of(mode, n)
-                axes[i] = axis
+                constraint_axes[i] = axis
                 lacks = given - along(n, before[i], change[i])
                 if kind == VelocityConstraint.LINE:
                     kept = along(axis, before[i], change[i])
                     change[i] = (given * n - before[i]) + kept * axis
                 else:
                     change[i] = change[i] + lacks * n
-            kinds[i] = kind
+            constraints[i] = kind
 
     @kernel
     def hold_fixed(
@@ -115,12 +115,12 @@ def make_active_set(
         # in
         before: wp.array(dtype=vec3),
         # out
-        kinds: wp.array(dtype=int),
+        constraints: wp.array(dtype=int),
         change: wp.array(dtype=vec3),
     ):
         i = wp.tid()
         if fixed[i] != 0:
-            kinds[i] = VelocityConstraint.FIXED
+            constraints[i] = VelocityConstraint.FIXED
             change[i] = -before[i]
 
     @func

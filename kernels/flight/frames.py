@@ -75,7 +75,7 @@ def make_frames(precision: str) -> SimpleNamespace:
         frames: Frames,
         start: StepStart,
         # out
-        kinds: wp.array(dtype=int),
+        constraints: wp.array(dtype=int),
         before: wp.array(dtype=vec3),
         first_change: wp.array(dtype=vec3),
         change: wp.array(dtype=vec3),
@@ -86,7 +86,7 @@ def make_frames(precision: str) -> SimpleNamespace:
         body = body_of(i, bodies.node_start)
         loads[i] = vec3()
         if turning[body] == 0:
-            kinds[i] = VelocityConstraint.FIXED
+            constraints[i] = VelocityConstraint.FIXED
             return
         dt = wp.float64(bodies.step_factors[0])
         rate = frames.rates[body]
@@ -100,7 +100,7 @@ def make_frames(precision: str) -> SimpleNamespace:
         strength = one / (one + square * square)
         load = (-strength * dt) * wp.cross(rate, wp.cross(rate, arm))
         load += wp.cross(strength * frames.eulers[body] + frames.answers[body], arm)
-        kinds[i] = VelocityConstraint.NONE
+        constraints[i] = VelocityConstraint.NONE
         before[i] = narrow(drift + own)
         first_change[i] = vec3()
         change[i] = vec3()

@@ -98,7 +98,7 @@ def make_flight_groups(precision: str) -> SimpleNamespace:
         stiffness_factors: wp.array(dtype=wp.float64),
         # in
         counted: wp.array(dtype=wp.float64),
-        kinds: wp.array(dtype=int),
+        constraints: wp.array(dtype=int),
         start: StepStart,
         # out
         loose_bodies: wp.array(dtype=int),
@@ -113,7 +113,7 @@ def make_flight_groups(precision: str) -> SimpleNamespace:
         first = bodies.node_start[body]
         last = bodies.node_start[body + 1]
         for i in range(first, last):
-            if kinds[i] != VelocityConstraint.NONE:
+            if constraints[i] != VelocityConstraint.NONE:
                 return
         center, drift, momentum, moments = spin_of(
             first, last, bodies.mass, start.positions, start.velocities

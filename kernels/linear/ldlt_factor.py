@@ -94,8 +94,8 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         margin: scalar,
         # in
         values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         # out
         pivots: wp.array(dtype=mat33),
@@ -104,8 +104,8 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         # free, and a multiple of the identity on those it gives. ``margin``: part of itself added
         i = wp.tid()
         node = order[i]
-        kind = kinds[node]
-        axis = axes[node]
+        kind = constraints[node]
+        axis = constraint_axes[node]
         pivot = wp.identity(n=3, dtype=scalar)
         if diagonal_slot[i] >= 0:
             pivot = values[diagonal_slot[i]] + slip_stiffness[node]
@@ -132,8 +132,8 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         order: wp.array(dtype=int),
         # in
         values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         # out
         upper: wp.array(dtype=mat34),
     ):
@@ -144,10 +144,12 @@ def make_factorisation(precision: str) -> SimpleNamespace:
             node = order[row[s]]
             other = order[column[s]]
             entry = values[matrix_slot[s]]
-            if kinds[node] != VelocityConstraint.NONE:
-                entry = project_rows(kinds[node], axes[node], entry)
-            if kinds[other] != VelocityConstraint.NONE:
-                across = project_rows(kinds[other], axes[other], wp.transpose(entry))
+            if constraints[node] != VelocityConstraint.NONE:
+                entry = project_rows(constraints[node], constraint_axes[node], entry)
+            if constraints[other] != VelocityConstraint.NONE:
+                across = project_rows(
+                    constraints[other], constraint_axes[other], wp.transpose(entry)
+                )
                 entry = wp.transpose(across)
         # fmt: off
         upper[s] = mat34(

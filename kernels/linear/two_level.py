@@ -37,8 +37,8 @@ def make_two_level(precision: str) -> SimpleNamespace:
         diagonal_slot: wp.array(dtype=int),
         # in
         values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         slip_stiffness: wp.array(dtype=mat33),
         # out
         pivot_inverse: wp.array(dtype=mat33),
@@ -46,8 +46,8 @@ def make_two_level(precision: str) -> SimpleNamespace:
         # of the diagonal block on the velocities left free; zero on those that contact gives
         i = wp.tid()
         pivot = values[diagonal_slot[i]] + slip_stiffness[i]
-        kind = kinds[i]
-        axis = axes[i]
+        kind = constraints[i]
+        axis = constraint_axes[i]
         inverse = mat33()
         if kind == VelocityConstraint.PLANE:
             across = wp.identity(n=3, dtype=scalar) - wp.outer(axis, axis)
@@ -88,8 +88,8 @@ def make_two_level(precision: str) -> SimpleNamespace:
         offsets: wp.array(dtype=vec3),
         # in
         values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         z: wp.array(dtype=vec3),
         # out
@@ -102,7 +102,9 @@ def make_two_level(precision: str) -> SimpleNamespace:
         for k in range(aggregate_start[aggregate], aggregate_start[aggregate + 1]):
             i = aggregate_nodes[k]
             behind = part_of_row(diagonal_slot[i] + 1, row_start[i + 1], column, values, z)
-            behind = wp.transpose(rotations[i]) * project(kinds[i], axes[i], behind)
+            behind = wp.transpose(rotations[i]) * project(
+                constraints[i], constraint_axes[i], behind
+            )
             force -= behind
             moment -= wp.cross(offsets[i], behind)
         coarse[2 * aggregate] = force
@@ -114,8 +116,8 @@ def make_two_level(precision: str) -> SimpleNamespace:
         aggregate_of: wp.array(dtype=int),
         offsets: wp.array(dtype=vec3),
         # in
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         coarse: wp.array(dtype=vec3),
         # out
@@ -125,7 +127,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         aggregate = aggregate_of[i]
         if aggregate >= 0:
             motion = coarse[2 * aggregate] + wp.cross(coarse[2 * aggregate + 1], offsets[i])
-            z[i] = z[i] + project(kinds[i], axes[i], rotations[i] * motion)
+            z[i] = z[i] + project(constraints[i], constraint_axes[i], rotations[i] * motion)
 
     @kernel
     def sweep_backward(
@@ -226,8 +228,8 @@ def make_two_level(precision: str) -> SimpleNamespace:
         offsets: wp.array(dtype=vec3),
         # in
         values: wp.array(dtype=mat33),
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         z: wp.array2d(dtype=block),
         # out
@@ -266,8 +268,8 @@ def make_two_level(precision: str) -> SimpleNamespace:
         aggregate_of: wp.array(dtype=int),
         offsets: wp.array(dtype=vec3),
         # in
-        kinds: wp.array(dtype=int),
-        axes: wp.array(dtype=vec3),
+        constraints: wp.array(dtype=int),
+        constraint_axes: wp.array(dtype=vec3),
         rotations: wp.array(dtype=mat33),
         coarse: wp.array2d(dtype=block),
         # out
