@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
@@ -26,6 +27,7 @@ def fill(
     *,
     limit: float | None = None,
     budget: float | None = None,
+    clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Make the runs that a journal lacks in so many processes.
 
@@ -36,11 +38,12 @@ def fill(
         seen: called with each outcome, how many are done, and of how many.
         limit: s for each run.
         budget: s after which no more runs are begun.
+        clock: s, by which that is told.
 
     Raises:
         SoftBodyError: a process was ended from outside.
     """
-    begun = time.monotonic()
+    begun = clock()
     missing = sorted(
         (cell for cell in cells if journal.of(cell, limit) is None), key=lambda cell: cell.cost
     )
@@ -50,15 +53,22 @@ def fill(
         meshes = Path(folder)
         for edges in sorted({cell.variation.edges for cell in missing} - {1.0}):
             make_meshes(meshes, edges)
-        running = {executor.submit(run, cell, meshes, limit): cell for cell in missing}
-        try:
-            for done, future in enumerate(as_completed(running), start=1):
-                if future.cancelled():
-                    continue
-                outcome = future.result()
-                journal.add(running[future], outcome)
+        queue, running, done = deque(missing), dict[Future[VariationOutcome], Cell](), 0
+        while queue or running:
+            late = budget is not None and clock() - begun > budget
+            while queue and len(running) < count and not late:
+                cell = queue.popleft()
+                running[executor.submit(run, cell, meshes, limit)] = cell
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                outcome, done = _result(future), done + 1
+                journal.add(running.pop(future), outcome)
                 seen(outcome, done, len(missing))
-                if budget is not None and time.monotonic() - begun > budget:
-                    executor.shutdown(wait=False, cancel_futures=True)
-        except BrokenProcessPool as error:
-            raise SoftBodyError("a process that made runs was ended from outside") from error
+
+
+def _result(future: Future[VariationOutcome]) -> VariationOutcome:
+    try:
+        return future.result()
+    except BrokenProcessPool as error:
+        raise SoftBodyError("a process that made runs was ended from outside") from error

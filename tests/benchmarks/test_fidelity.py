@@ -213,6 +213,23 @@ def test_a_run_is_made_again_where_it_is_given_more_time(tmp_path: Path) -> None
     assert not seen
 
 
+def test_a_budget_that_is_over_with_the_first_run_leaves_the_others() -> None:
+    names = ("as shipped", "dt x 2", "dt / 2")
+    cells = [Cell(scene="slide-f", variation=VARIANTS[name], seconds=SHORT) for name in names]
+    seen: list[str] = []
+    # when it begins, before the first run, and after it
+    fill(
+        OutcomeJournal(None),
+        cells,
+        1,
+        lambda outcome, *_: seen.append(outcome.variation),
+        budget=5.0,
+        clock=iter((0.0, 1.0, 6.0)).__next__,
+    )
+    # the cheapest
+    assert seen == ["dt x 2"]
+
+
 def test_ctrl_c_keeps_what_is_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
