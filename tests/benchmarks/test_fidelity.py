@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.fidelity import command
 from benchmarks.fidelity.command import main
 from benchmarks.fidelity.table import BEGIN, END, NOT_RUN, markdown, moved, moves, summary
 from benchmarks.fidelity.variants import COARSER, COMPARED, OTHER_ELEMENTS, VARIANTS
@@ -238,7 +239,7 @@ def test_ctrl_c_keeps_what_is_done(
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("benchmarks.fidelity.command._show", stop)
+    monkeypatch.setattr(command, "_show", stop)
     given = ["--scenes", "slide-f", "--seconds", str(SHORT), "--journal", str(journal)]
     assert main([*given, "--variants", "as shipped", "dt x 2"]) == 130
     assert str(journal) in capsys.readouterr().err
