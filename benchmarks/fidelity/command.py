@@ -15,7 +15,7 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -29,13 +29,17 @@ from benchmarks.robustness.outcomes import Cell, OutcomeJournal, VariationOutcom
 from benchmarks.robustness.sweep import fill
 from warp_softbody.errors import SoftBodyError
 
+Show = Callable[[VariationOutcome, int, int], None]
 JOURNAL = Path("out/fidelity.jsonl")
 STOPPED = 130
 """Exit status after Ctrl-C, as of a command that the signal ended."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Make the runs that the journal lacks; print the table, write it into the page."""
+def main(arguments: Sequence[str] | None = None, show: Show | None = None) -> int:
+    """Make the runs that the journal lacks; print the table, write it into the page.
+
+    ``show`` is called after every run instead of the progress on a terminal.
+    """
     args = _parser().parse_args(arguments)
     cells = [
         Cell(scene=scene, variation=VARIANTS[name], seconds=args.seconds)
@@ -45,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args.journal.parent.mkdir(parents=True, exist_ok=True)
     journal = OutcomeJournal(args.journal)
     try:
-        fill(journal, cells, args.workers, _show, limit=args.limit, budget=args.budget)
+        fill(journal, cells, args.workers, show or _show, limit=args.limit, budget=args.budget)
     except KeyboardInterrupt:
         print(f"\nstopped; the finished runs are in {args.journal}", file=sys.stderr)
         return STOPPED

@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from tests.accuracy import synthetic
-from warp_softbody.accuracy.analysis import trials
 from warp_softbody.accuracy.analysis.motion import Ruler
 from warp_softbody.accuracy.analysis.trials import Trials, tuned_by_trials
 from warp_softbody.accuracy.cases.settings import Settings
@@ -43,17 +42,14 @@ def test_the_cheapest_that_holds(bound: float) -> None:
 
 
 @pytest.mark.parametrize("bound", [0.002, 0.0012])
-def test_a_finer_mesh_sharpens_the_reference(monkeypatch: pytest.MonkeyPatch, bound: float) -> None:
+def test_a_finer_mesh_sharpens_the_reference(bound: float) -> None:
     """The doubt stays above what the reference is off by, and what holds is no dearer."""
     case = replace(synthetic.CASE, meshes=((None, 0),))
-    monkeypatch.setattr(trials, "MOST_TETS", 0)
-    blunt = Trials(case, synthetic.outcome, RULER)
+    blunt = Trials(case, synthetic.outcome, RULER, most_tets=0)
     first = blunt.settle(bound)
     assert max(settings.level for settings in blunt.outcomes) == 1
-    monkeypatch.setattr(trials, "MOST_TETS", 10**6)
-    sharp = Trials(case, synthetic.outcome, RULER)
     # so that the mesh's part of the doubt is more than its share of every bound
-    monkeypatch.setattr(trials, "DOUBT", 1e-3)
+    sharp = Trials(case, synthetic.outcome, RULER, doubt=1e-3, most_tets=10**6)
     second = sharp.settle(bound)
     assert max(settings.level for settings in sharp.outcomes) == 2
     assert second.doubt < 0.5 * first.doubt and second.cost <= first.cost

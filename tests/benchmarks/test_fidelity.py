@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.fidelity import command
 from benchmarks.fidelity.command import main
 from benchmarks.fidelity.table import BEGIN, END, NOT_RUN, markdown, moved, moves, summary
 from benchmarks.fidelity.variants import COARSER, COMPARED, OTHER_ELEMENTS, VARIANTS
@@ -231,17 +230,14 @@ def test_a_budget_that_is_over_with_the_first_run_leaves_the_others() -> None:
     assert seen == ["dt x 2"]
 
 
-def test_ctrl_c_keeps_what_is_done(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_ctrl_c_keeps_what_is_done(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     journal = tmp_path / "runs.jsonl"
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "_show", stop)
     given = ["--scenes", "slide-f", "--seconds", str(SHORT), "--journal", str(journal)]
-    assert main([*given, "--variants", "as shipped", "dt x 2"]) == 130
+    assert main([*given, "--variants", "as shipped", "dt x 2"], show=stop) == 130
     assert str(journal) in capsys.readouterr().err
     assert len(journal.read_text().splitlines()) == 1
 

@@ -102,7 +102,7 @@ def muscle_forces(body: Rig) -> FloatArray:
     """Forces (n, 3) N of the muscles in a step from the state as it is."""
     body.stepper.step(body.state, body.control, body.contacts, body.after)
     forces = np.zeros_like(body.positions)
-    corners = numbers(body.stepper._muscle_forces).reshape(-1, 4, 3)
+    corners = numbers(body.stepper.muscle_forces).reshape(-1, 4, 3)
     np.add.at(forces, body.model.body.mesh.tets, corners)
     return forces
 

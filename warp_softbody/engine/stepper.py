@@ -53,6 +53,7 @@ class Stepper:
         contact: solves, contact modes and impulses of the last step.
         fiber_points: (p,) vec3 m, vertices of the fibres.
         lengths: (s,) scalar m, of the segments; of implicit ones l_0 times their mean stretch.
+        muscle_forces: (4m,) vec3 N, of the last solve, slot 4 t + a at corner a of tet t.
         assembled: the state that was last assembled.
     """
 
@@ -66,7 +67,7 @@ class Stepper:
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
         self._ends = make_step_ends(model.options.precision)
         self.assembly = Assembly(model)
-        self._muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
+        self.muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
         muscles = self.assembly.muscles
         self.lengths = model.zeros(model.segment_count, types.scalar)
@@ -247,7 +248,7 @@ class Stepper:
             self.model.arrays.gather,
             impulses=self.assembly.impulses,
             external=control.external_forces,
-            muscles=self._muscle_forces,
+            muscles=self.muscle_forces,
             has_muscles=int(self._muscles is not None),
         )
 
@@ -270,12 +271,12 @@ class Stepper:
         inputs = [a.stiffness, control.rest_lengths, self.lengths]
         self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
         if self.assembly.muscles is not None:
-            forces = self._muscle_forces
+            forces = self.muscle_forces
             self.assembly.muscles.launch_forces(self._tensions, forces, again=again)
             return
         pairs = [a.pair_start, a.pair_segment, a.pair_weight, a.directions]
         inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
-        self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self._muscle_forces])
+        self._launch(self._muscles.muscle_tets, m.tet_count, inputs, [self.muscle_forces])
 
     def _launch_contact(
         self, state: State, control: Control, contacts: Contacts, after: State

@@ -97,8 +97,25 @@ class Trials:
         outcomes: of the runs so far.
     """
 
-    def __init__(self, case: ChartCase, run: Run, ruler: Ruler) -> None:
-        """Nothing is run yet."""
+    def __init__(
+        self,
+        case: ChartCase,
+        run: Run,
+        ruler: Ruler,
+        *,
+        doubt: float = DOUBT,
+        most_tets: int = MOST_TETS,
+    ) -> None:
+        """Nothing is run yet.
+
+        Args:
+            case: the scene with its meshes and time steps.
+            run: makes a run of some settings.
+            ruler: measures distances between motions.
+            doubt: share of the bound that mesh and time step may each leave unsure.
+            most_tets: of the finer mesh that sharpens the reference.
+        """
+        self._doubt, self._most_tets = doubt, most_tets
         self._case = case
         self._run = run
         self._ruler = ruler
@@ -123,13 +140,14 @@ class Trials:
             InputError: none of the case's meshes and time steps is, or it cannot be told.
         """
         scene = self._case.scene
-        spaces = self._spaces(DOUBT * bound)
+        spaces = self._spaces(self._doubt * bound)
         smoothed = [base for base in spaces if base.elements == "smoothed"]
         finest = min(smoothed, key=lambda base: spaces[base])
-        motion, change = self._limit(finest, DOUBT * bound)
+        motion, change = self._limit(finest, self._doubt * bound)
         doubt = spaces[finest] + change
         tets = 8 * self._outcome(finest).tets
-        if spaces[finest] > DOUBT * bound and change < bound and tets <= MOST_TETS:
+        coarse = spaces[finest] > self._doubt * bound and change < bound
+        if coarse and tets <= self._most_tets:
             motion, doubt = self._corrected(finest, motion, change)
         self._reference = motion
         if doubt >= bound:
