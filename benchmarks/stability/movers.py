@@ -12,7 +12,7 @@ from benchmarks.stability.measures import Accuracy, StateProbe, StateSample
 from benchmarks.stability.starts import Begin
 from warp_softbody import Character, Plane, Scene, SimulationOptions, Stepper, build_model
 from warp_softbody.arrays import FloatArray
-from warp_softbody.engine.precision_choice import with_precision
+from warp_softbody.engine.option_choice import with_choices
 from warp_softbody.engine.state import Contacts, Control, State
 
 Vector = tuple[float, float, float]
@@ -82,7 +82,7 @@ class OurBody:
         self.character = setting.make()
         options = SimulationOptions(**{"time_step": setting.time_step, **overrides})
         scene = Scene(character=self.character, ground=setting.ground, gravity=setting.gravity)
-        options = with_precision(options, scene)
+        options = with_choices(options, scene)
         # what energy and spin may do is derived from a tolerance
         options = replace(options, tolerance=options.solver_tolerance)
         self.probe = StateProbe(self.character, setting.gravity)

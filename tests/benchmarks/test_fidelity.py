@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.fidelity.command import main
 from benchmarks.fidelity.table import BEGIN, END, NOT_RUN, markdown, moved, moves, summary
-from benchmarks.fidelity.variants import COARSER, COMPARED, OTHER_ELEMENTS, VARIANTS
+from benchmarks.fidelity.variants import COARSER, COMPARED, VARIANTS
 from benchmarks.motions.criteria import CRITERIA
 from benchmarks.robustness.other_meshes import make_meshes
 from benchmarks.robustness.outcomes import Cell, OutcomeJournal, VariationOutcome
@@ -58,12 +58,12 @@ def test_time_steps_and_iterations_differ_as_their_names_say(tmp_path: Path) -> 
 
 
 def test_tangent_and_elements_differ(tmp_path: Path) -> None:
-    variant = VARIANTS["conserving tangent"]
+    variant = VARIANTS["warped tangent"]
     simulation, _ = variant.simulation(variant.plan("slide-f", tmp_path))
-    assert simulation.model.options.tangent == "conserving"
-    variant = VARIANTS[f"{OTHER_ELEMENTS} elements"]
+    assert simulation.model.options.tangent == "warped"
+    variant = VARIANTS["linear elements"]
     simulation, _ = variant.simulation(variant.plan("slide-f", tmp_path))
-    assert simulation.model.options.elements == OTHER_ELEMENTS
+    assert simulation.model.options.elements == "linear"
 
 
 def test_exact_volume_is_given_up_only_where_it_is_refused(

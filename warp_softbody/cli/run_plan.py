@@ -56,7 +56,7 @@ def plan_run(args: argparse.Namespace) -> RunPlan:
         InputError: it asks for what does not go together, or for stored settings that are not.
     """
     from warp_softbody import scenes
-    from warp_softbody.engine.precision_choice import with_precision
+    from warp_softbody.engine.option_choice import with_choices
     from warp_softbody.world.refined_scene import refined_scene
 
     tuned = stored_settings(args)
@@ -69,7 +69,7 @@ def plan_run(args: argparse.Namespace) -> RunPlan:
     chosen = {"time_step": plan.time_step, **stored, **given_options(args, SimulationOptions)}
     return RunPlan(
         scene=plan,
-        options=with_precision(SimulationOptions(**chosen), plan.scene),
+        options=with_choices(SimulationOptions(**chosen), plan.scene),
         control=_control(args, plan, tuned),
         seconds=seconds,
         tuned=tuned,

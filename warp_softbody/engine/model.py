@@ -19,8 +19,8 @@ from warp_softbody.engine.linear_system import build_levels, build_linear_system
 from warp_softbody.engine.material_parts import MaterialPart, material_parts
 from warp_softbody.engine.model_arrays import ModelArrays
 from warp_softbody.engine.muscle_layout import MuscleLayout, build_muscle_layout, join_layouts
+from warp_softbody.engine.option_choice import with_choices
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.precision_choice import with_precision
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.kernels.precision import Real, real
@@ -38,7 +38,7 @@ class Model:
 
     Attributes:
         scene: what is simulated.
-        options: how, with the precision that "auto" takes.
+        options: how, with what each "auto" takes.
         topology: index arrays of the joined mesh, on the host.
         fixed: (n,) bool.
         muscles: the segments of all bodies, on the host.
@@ -132,7 +132,7 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
     # made anew, so that one that went round its constructor is checked too
     options = replace(options)
     check_device(options.device)
-    options = with_precision(options, scene)
+    options = with_choices(options, scene)
     _refuse_mixtures(scene, options)
     mesh, parts = scene.whole.mesh, scene.parts
     topology = build_topology(mesh.tets, len(mesh.points))

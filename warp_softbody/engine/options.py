@@ -17,14 +17,16 @@ from warp_softbody.inputs.option_kinds import (
 )
 
 Precision = Literal["auto", "float32", "float64"]
-Tangent = Literal["warped", "conserving", "exact"]
-Elements = Literal["linear", "smoothed"]
+NamedTangent = Literal["warped", "conserving", "exact"]
+Tangent = Literal["auto", NamedTangent]
+NamedElements = Literal["linear", "smoothed"]
+Elements = Literal["auto", NamedElements]
 MuscleLaw = Literal["explicit", "implicit"]
 Cone = Literal["smooth", "4", "8"]
 PreconditionerChoice = Literal["auto", "factor", "two_level"]
 PRECISIONS: tuple[Precision, ...] = get_args(Precision)
-TANGENTS: tuple[Tangent, ...] = get_args(Tangent)
-ELEMENTS: tuple[Elements, ...] = get_args(Elements)
+TANGENTS: tuple[NamedTangent, ...] = get_args(NamedTangent)
+ELEMENTS: tuple[NamedElements, ...] = get_args(NamedElements)
 MUSCLE_LAWS: tuple[MuscleLaw, ...] = get_args(MuscleLaw)
 CONES: tuple[Cone, ...] = get_args(Cone)
 PRECONDITIONERS: tuple[PreconditionerChoice, ...] = get_args(PreconditionerChoice)
@@ -60,29 +62,31 @@ class SimulationOptions:
         ),
     )
     tangent: Tangent = field(
-        default="warped",
+        default="auto",
         metadata=option(
-            ChoiceKind(TANGENTS),
+            ChoiceKind(("auto", *TANGENTS)),
             "stiffness matrix of the implicit step and of stiffness damping: rest stiffness "
             "turned with each tet, which costs least; conserving includes the change of the "
             "rotations, so that a free body keeps its angular momentum to rounding; exact is the "
-            "derivative of the elastic force, made positive semidefinite",
+            "derivative of the elastic force, made positive semidefinite; auto takes "
+            "conserving for bodies with muscles, where the elements have it, and warped elsewhere",
             knob="tangent",
         ),
     )
     elements: Elements = field(
-        default="linear",
+        default="auto",
         metadata=option(
-            ChoiceKind(ELEMENTS),
+            ChoiceKind(("auto", *ELEMENTS)),
             "four-node tets; smoothed ones take their forces from strains averaged over edges and "
             "nodes, which relieves locking in bending and near incompressibility, and go with the "
-            "warped tangent, where volumes are exact with the conserving one too",
+            "warped tangent, where volumes are exact with the conserving one too; auto takes them "
+            "for bodies with muscles",
             knob="elements",
             short="",
         ),
     )
     muscles: MuscleLaw = field(
-        default="explicit",
+        default="implicit",
         metadata=option(
             ChoiceKind(MUSCLE_LAWS),
             "tension of muscles: explicit, from the length at the step's start; implicit ones have "

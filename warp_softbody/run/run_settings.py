@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warp_softbody.controllers.control_options import ControlOptions, Method
+from warp_softbody.engine.option_choice import with_choices
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.precision_choice import with_precision
 from warp_softbody.inputs import checks
 from warp_softbody.world.scene import Scene
 
@@ -57,7 +57,7 @@ class RunSettings:
         options = replace(options, time_step=options.time_step if time_step is None else time_step)
         control = replace(control, method=control.method if method is None else method)
         steps, step = whole_steps(options.time_step, fps)
-        options = with_precision(replace(options, time_step=step), scene)
+        options = with_choices(replace(options, time_step=step), scene)
         # what a controller decides hangs on digits
         tolerance = options.solver_tolerance if controlled else options.tolerance
         options = replace(options, tolerance=tolerance)
