@@ -58,7 +58,6 @@ class VariationOutcome:
         values: the number of every criterion.
         refused: why the engine does not run this; empty where it does.
         limit: s after which the run was broken off; 0 where it was not.
-        note: what else had to be changed.
     """
 
     scene: str
@@ -68,7 +67,6 @@ class VariationOutcome:
     values: Mapping[str, float]
     refused: str = ""
     limit: float = 0.0
-    note: str = ""
 
     @property
     def holds(self) -> bool:
@@ -83,8 +81,7 @@ class VariationOutcome:
             return f"longer than {self.limit:g} s"
         missed = [failure for failure in self.failures if not failure.endswith(self.own)]
         own = f"**{self.own}**" if len(missed) < len(self.failures) else self.own
-        noted = f"{own} ({self.note})" if self.note else own
-        return ", ".join([noted, *(f"**{failure}**" for failure in missed)])
+        return ", ".join([own, *(f"**{failure}**" for failure in missed)])
 
 
 @lru_cache

@@ -28,14 +28,14 @@ def run(cell: Cell, meshes: Path, limit: float | None = None) -> VariationOutcom
         stage = Path(folder) / "motion.usdc"
         try:
             plan = cell.variation.plan(scene, meshes)
-            simulation, note = cell.variation.simulation(plan)
+            simulation = cell.variation.simulation(plan)
         except InputError as error:
             return _without(cell, refused=str(error))
         end = _record(plan, simulation, stage, cell.seconds or plan.seconds, limit)
         if end.late and limit is not None:
             return _without(cell, limit=limit)
         if end.broken:
-            return _without(cell, failures=(end.broken,), note=note)
+            return _without(cell, failures=(end.broken,))
         take = turned_back(read_take(stage), cell.variation.turn)
     findings = examine(scene, RecordedMotion(take, plan.scene.character))
     return VariationOutcome(
@@ -44,7 +44,6 @@ def run(cell: Cell, meshes: Path, limit: float | None = None) -> VariationOutcom
         own=findings[0].criterion.text(findings[0].value),
         failures=tuple(str(finding) for finding in findings if not finding.holds),
         values={finding.criterion.name: finding.value for finding in findings},
-        note=note,
     )
 
 
@@ -54,7 +53,6 @@ def _without(
     failures: tuple[str, ...] = (),
     refused: str = "",
     limit: float = 0.0,
-    note: str = "",
 ) -> VariationOutcome:
     """An outcome without numbers."""
     scene, variation = cell.name
@@ -66,7 +64,6 @@ def _without(
         values={},
         refused=refused,
         limit=limit,
-        note=note,
     )
 
 

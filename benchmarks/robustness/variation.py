@@ -12,7 +12,6 @@ from benchmarks.robustness.other_meshes import meshes_of
 from benchmarks.robustness.turned_world import turned_plan
 from warp_softbody import scenes
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.errors import InputError
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes import ScenePlan
 
@@ -31,7 +30,6 @@ class Variation:
         levels: how often every tet is cut into eight.
         turn: degrees by which the world is turned about the vertical.
         options: of `SimulationOptions`, beside the time step.
-        linear_volume: whether a body whose exact volume these options refuse gets a linear one.
     """
 
     name: str
@@ -42,7 +40,6 @@ class Variation:
     levels: int = 0
     turn: float = 0.0
     options: Mapping[str, Any] = field(default_factory=dict)
-    linear_volume: bool = False
 
     def plan(self, scene: str, meshes: Path) -> ScenePlan:
         """The scene so changed; the folder has the other meshes."""
@@ -58,22 +55,15 @@ class Variation:
         plan = turned_plan(plan, self.turn) if self.turn else plan
         return replace(plan, time_step=plan.time_step * self.time_step)
 
-    def simulation(self, plan: ScenePlan) -> tuple[Simulation, str]:
-        """The plan ready to be run, and what else had to be changed for that.
+    def simulation(self, plan: ScenePlan) -> Simulation:
+        """The plan ready to be run.
 
         Raises:
             InputError: the engine refuses this combination.
         """
         options = SimulationOptions(**{**self.options, "time_step": plan.time_step})
         fps = min(FPS, 1.0 / plan.time_step)
-        exact = plan.scene.character.material.volume == "exact"
-        try:
-            return Simulation(plan.scene, plan.controller, options=options, fps=fps), ""
-        except InputError:
-            if not (self.linear_volume and exact):
-                raise
-        plan = _with_material(plan, "volume", "linear")
-        return Simulation(plan.scene, plan.controller, options=options, fps=fps), "linear volume"
+        return Simulation(plan.scene, plan.controller, options=options, fps=fps)
 
     def cost(self, scene: str) -> float:
         """About how many tets are assembled in all steps; only their order matters."""

@@ -18,7 +18,7 @@ from benchmarks.robustness.outcomes import Cell, OutcomeJournal, VariationOutcom
 from benchmarks.robustness.runs import run
 from benchmarks.robustness.sweep import fill
 from benchmarks.robustness.variation import Variation
-from warp_softbody.errors import InputError, NotFiniteError
+from warp_softbody.errors import NotFiniteError
 from warp_softbody.run.simulation import Simulation
 
 PAGE = Path(__file__).parents[2] / "docs" / "robustness.md"
@@ -42,49 +42,27 @@ def by_name(*outcomes: VariationOutcome) -> dict[tuple[str, str], VariationOutco
 
 
 def test_time_steps_and_iterations_differ_as_their_names_say(tmp_path: Path) -> None:
-    shipped, _ = SHIPPED.simulation(SHIPPED.plan("slide-f", tmp_path))
+    shipped = SHIPPED.simulation(SHIPPED.plan("slide-f", tmp_path))
     assert shipped.model.options.newton_iterations == 1
     wanted = {"dt x 2": (2.0, 1), "dt / 2": (0.5, 1), "dt / 4": (0.25, 1)}
     wanted |= {"two iterations": (1.0, 2), "two iterations, dt / 2": (0.5, 2)}
     for name, (factor, iterations) in wanted.items():
-        simulation, note = VARIANTS[name].simulation(VARIANTS[name].plan("slide-f", tmp_path))
+        simulation = VARIANTS[name].simulation(VARIANTS[name].plan("slide-f", tmp_path))
         options = simulation.model.options
         assert options.time_step == pytest.approx(factor * shipped.model.options.time_step)
         assert options.newton_iterations == iterations
         assert simulation.model.tet_count == shipped.model.tet_count
         # a stage shows every step, or 60 a second
         assert simulation.fps == pytest.approx(min(60.0, 1.0 / options.time_step))
-        assert not note
 
 
 def test_tangent_and_elements_differ(tmp_path: Path) -> None:
     variant = VARIANTS["warped tangent"]
-    simulation, _ = variant.simulation(variant.plan("slide-f", tmp_path))
+    simulation = variant.simulation(variant.plan("slide-f", tmp_path))
     assert simulation.model.options.tangent == "warped"
     variant = VARIANTS["linear elements"]
-    simulation, _ = variant.simulation(variant.plan("slide-f", tmp_path))
+    simulation = variant.simulation(variant.plan("slide-f", tmp_path))
     assert simulation.model.options.elements == "linear"
-
-
-def test_exact_volume_is_given_up_only_where_it_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    plan = SHIPPED.plan("crawl-i", tmp_path)
-    eased = Variation(name="eased", linear_volume=True)
-    assert eased.simulation(plan)[1] == ""
-    build = Simulation.__init__
-
-    def refuse(self: Simulation, scene: object, *given: object, **named: object) -> None:
-        if scene is plan.scene:
-            raise InputError("no exact volume")
-        build(self, scene, *given, **named)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Simulation, "__init__", refuse)
-    simulation, note = eased.simulation(plan)
-    assert note == "linear volume"
-    assert simulation.model.tet_count == len(plan.scene.character.mesh.tets)
-    with pytest.raises(InputError, match="no exact volume"):
-        SHIPPED.simulation(plan)
 
 
 def test_meshes_differ(tmp_path: Path) -> None:
@@ -120,7 +98,7 @@ def test_a_cell_shows_what_fails_is_refused_or_was_not_run() -> None:
         outcome(names[1], 0.5, "slides 0.50 m", "volume 6.0%"),
         outcome(names[2], None, refused="body 'letter_f' is too much"),
         outcome(names[3], None, limit=60.0),
-        outcome(names[4], None, "breaks off at 0.25 s", note="linear volume"),
+        outcome(names[4], None, "breaks off at 0.25 s"),
     )
     text = markdown(found, ["slide-f"], names)
     cells = [cell.strip() for cell in text.splitlines()[2].split("|")[1:-1]]
@@ -131,7 +109,7 @@ def test_a_cell_shows_what_fails_is_refused_or_was_not_run() -> None:
         "**0.50 m**, **volume 6.0%**",
     ]
     assert cells[4:6] == ["refused (1)", "longer than 60 s"]
-    assert cells[6:8] == ["- (linear volume), **breaks off at 0.25 s**", NOT_RUN]
+    assert cells[6:8] == ["-, **breaks off at 0.25 s**", NOT_RUN]
     assert "1. Refused: the body is too much." in text
     counts = summary(found, ["slide-f"], names)
     assert counts.startswith(

@@ -18,7 +18,7 @@ from warp_softbody.stage_exports import StageWriter, read_take
 def simulation_of(scene: str, degrees: float) -> Simulation:
     plan = scenes.make(scene)
     plan = turned_plan(plan, degrees) if degrees else plan
-    return Variation(name="exact", options={"precision": "float64"}).simulation(plan)[0]
+    return Variation(name="exact", options={"precision": "float64"}).simulation(plan)
 
 
 def test_every_part_of_the_scene_is_turned(tmp_path: Path) -> None:
