@@ -1,1 +1,1 @@
-"""Search the gains of a scene by seeded random draws, the later ones around the best so far."""
+"""Search the gains of a scene by CMA-ES, each candidate judged by its worst run of a family."""

@@ -1,7 +1,7 @@
 """CMA-ES within the unit cube, by the package `cmaes` of the extra ``bench``.
 
 Hansen, *The CMA Evolution Strategy: A Tutorial*, arXiv:1604.00772. A search is a function of its
-start and its seed, so that one that was stopped goes on by being told the costs that it knew.
+start, its seed and the costs, so that one that was stopped goes on where costs are remembered.
 """
 
 from __future__ import annotations
@@ -28,21 +28,19 @@ class Evaluation(NamedTuple):
 
 
 def minimise(
-    cost: Callable[[int, FloatArray], float],
+    costs: Callable[[Mapping[int, FloatArray]], Mapping[int, float]],
     start: FloatArray,
     *,
     draws: int,
     seed: int,
-    known: Mapping[int, float] | None = None,
 ) -> Iterator[Evaluation]:
     """Points of a search for the least cost, in their order; the first is the start.
 
     Args:
-        cost: of a point by its number.
+        costs: by number, of a generation of points by their numbers.
         start: (n,) in 0..1, n at least 2; the mean of the first generation.
         draws: how many points.
         seed: of the search.
-        known: costs by number, of an earlier search with the same start and seed.
 
     Raises:
         MissingExtraError: `cmaes` is not installed.
@@ -53,20 +51,18 @@ def minimise(
         raise MissingExtraError(
             "searches need the package cmaes; install it with pip install 'warp-softbody[bench]'"
         ) from error
-    known = known or {}
 
-    def sample(number: int, point: FloatArray) -> Evaluation:
-        found = known[number] if number in known else cost(number, point)
-        return Evaluation(number, point, found)
+    def judged(points: Mapping[int, FloatArray]) -> list[Evaluation]:
+        found = costs(points)
+        return [Evaluation(number, point, found[number]) for number, point in points.items()]
 
     bounds = np.tile([0.0, 1.0], (len(start), 1))
     optimiser = module.CMA(mean=start.copy(), sigma=SPREAD, bounds=bounds, seed=seed)
-    yield sample(0, start)
-    generation: list[tuple[FloatArray, float]] = []
-    for number in range(1, draws):
-        made = sample(number, np.asarray(optimiser.ask()))
-        generation.append((made.point, made.cost))
-        yield made
-        if len(generation) == optimiser.population_size:
-            optimiser.tell(generation)
-            generation = []
+    yield from judged({0: start})
+    size = optimiser.population_size
+    for first in range(1, draws, size):
+        numbers = range(first, min(first + size, draws))
+        generation = judged({number: np.asarray(optimiser.ask()) for number in numbers})
+        yield from generation
+        if len(generation) == size:
+            optimiser.tell([(one.point, one.cost) for one in generation])

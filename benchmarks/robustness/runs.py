@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,27 +12,41 @@ from benchmarks.motions.criteria import examine
 from benchmarks.motions.criterion import RecordedMotion
 from benchmarks.robustness.outcomes import Cell, VariationOutcome
 from benchmarks.robustness.turned_world import turned_back
+from benchmarks.robustness.variation import Make
+from warp_softbody import scenes
 from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.run.warp_session import warp_engine
 from warp_softbody.scenes import ScenePlan
 from warp_softbody.stage_exports import StageWriter, read_take
+from warp_softbody.world.frame import Frame
+
+Ends = Callable[[Frame], bool]
+"""Whether a run has come to a bad end with this frame."""
 
 
-def run(cell: Cell, meshes: Path, limit: float | None = None) -> VariationOutcome:
+def run(
+    cell: Cell,
+    meshes: Path,
+    limit: float | None = None,
+    *,
+    make: Make = scenes.make,
+    ends: Ends = lambda frame: False,
+) -> VariationOutcome:
     """Make a run, for at most so many seconds of this machine, and measure its stage.
 
-    The folder ``meshes`` has the meshes of the variations that need others.
+    The folder ``meshes`` has the meshes of the variations that need others; ``make`` makes the
+    scene, and a run that ``ends`` early is broken off.
     """
     scene, variation = cell.name
     with tempfile.TemporaryDirectory() as folder, warp_engine("cpu", on_compile=lambda: None):
         stage = Path(folder) / "motion.usdc"
         try:
-            plan = cell.variation.plan(scene, meshes)
+            plan = cell.variation.plan(scene, meshes, make)
             simulation = cell.variation.simulation(plan)
         except InputError as error:
             return _without(cell, refused=str(error))
-        end = _record(plan, simulation, stage, cell.seconds or plan.seconds, limit)
+        end = _record(plan, simulation, stage, cell.seconds or plan.seconds, limit, ends)
         if end.late and limit is not None:
             return _without(cell, limit=limit)
         if end.broken:
@@ -76,7 +91,12 @@ class _End:
 
 
 def _record(
-    plan: ScenePlan, simulation: Simulation, stage: Path, seconds: float, limit: float | None
+    plan: ScenePlan,
+    simulation: Simulation,
+    stage: Path,
+    seconds: float,
+    limit: float | None,
+    ends: Ends,
 ) -> _End:
     """Write the stage."""
     begun = time.monotonic()
@@ -84,6 +104,8 @@ def _record(
         try:
             for frame in simulation.run(seconds):
                 writer.write(frame)
+                if ends(frame):
+                    return _End(broken=f"falls at {frame.time:.2f} s")
                 if limit is not None and time.monotonic() - begun > limit:
                     return _End(late=True)
         except NotFiniteError as error:

@@ -45,7 +45,7 @@ def turned_plan(plan: ScenePlan, degrees: float) -> ScenePlan:
     scene, controller = plan.scene, plan.controller
     if controller is not None:
         controller = TurnedController(controller, scene, turn)
-    return replace(plan, scene=_turned_scene(scene, turn), controller=controller)
+    return replace(plan, scene=_turned_scene(scene, degrees), controller=controller)
 
 
 def turned_back(take: Take, degrees: float) -> Take:
@@ -62,15 +62,21 @@ def turned_back(take: Take, degrees: float) -> Take:
     )
 
 
-def _turned_scene(scene: Scene, turn: FloatArray) -> Scene:
+def turned_pushes(scene: Scene, degrees: float) -> Scene:
+    """The scene with its pushes alone turned about the vertical."""
+    turn = rotation(degrees)
+    pushes = tuple(replace(push, force=_turned(push.force, turn)) for push in scene.pushes)
+    return replace(scene, pushes=pushes)
+
+
+def _turned_scene(scene: Scene, degrees: float) -> Scene:
+    turn = rotation(degrees)
     level = isinstance(scene.ground, Plane) and scene.ground.normal == (0.0, 0.0, 1.0)
     if not level or scene.others or any(scene.gravity[:2]):
         raise InputError("only one body under vertical gravity on a level plane can be turned")
-    pushes = tuple(replace(push, force=_turned(push.force, turn)) for push in scene.pushes)
     return replace(
-        scene,
+        turned_pushes(scene, degrees),
         character=_turned_character(scene.character, turn),
-        pushes=pushes,
         initial_velocity=_turned(scene.initial_velocity, turn),
     )
 

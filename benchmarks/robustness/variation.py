@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from benchmarks.gains.cases import changed_character
 from benchmarks.robustness.other_meshes import meshes_of
-from benchmarks.robustness.turned_world import turned_plan
+from benchmarks.robustness.turned_world import turned_plan, turned_pushes
 from warp_softbody import scenes
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.run.simulation import Simulation
@@ -17,6 +17,9 @@ from warp_softbody.scenes import ScenePlan
 
 FPS = 60.0
 """Frames a second of a stage; fewer where a step is longer than a frame."""
+
+Make = Callable[[str, Mapping[str, float]], ScenePlan]
+"""A scene by its name and settings, as `scenes.make` makes it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +32,8 @@ class Variation:
         edges: of the mesh, over those of the shipped one; another is meshed anew.
         levels: how often every tet is cut into eight.
         turn: degrees by which the world is turned about the vertical.
+        side: degrees by which the pushes alone are turned about it.
+        settings: of the scene.
         options: of `SimulationOptions`, beside the time step.
     """
 
@@ -39,19 +44,21 @@ class Variation:
     edges: float = 1.0
     levels: int = 0
     turn: float = 0.0
+    side: float = 0.0
+    settings: Mapping[str, float] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
 
-    def plan(self, scene: str, meshes: Path) -> ScenePlan:
+    def plan(self, scene: str, meshes: Path, make: Make = scenes.make) -> ScenePlan:
         """The scene so changed; the folder has the other meshes."""
         from warp_softbody.world.refined_scene import refined_scene
 
-        plan = scenes.make(scene)
-        friction = {"friction": plan.settings["friction"] * self.friction}
+        friction = make(scene, self.settings).settings["friction"] * self.friction
         with meshes_of(meshes, self.edges):
-            plan = scenes.make(scene, friction)
+            plan = make(scene, {**self.settings, "friction": friction})
         modulus = plan.scene.character.material.young_modulus * self.stiffness
         plan = _with_material(plan, "young_modulus", modulus)
         plan = replace(plan, scene=refined_scene(plan.scene, self.levels))
+        plan = replace(plan, scene=turned_pushes(plan.scene, self.side)) if self.side else plan
         plan = turned_plan(plan, self.turn) if self.turn else plan
         return replace(plan, time_step=plan.time_step * self.time_step)
 
