@@ -65,9 +65,9 @@ class Decision:
 
 
 def activation_bounds(problem: ControlProblem) -> tuple[FloatArray, FloatArray]:
-    """Bounds of a = l_d / l_0: 0.5 to 1, never beyond the present length."""
-    length = problem.lengths / problem.rest_lengths
-    return np.minimum(SHORTEST, length), np.minimum(1.0, length)
+    """Bounds of a = l_d / l_0: 0.5 to 1, never beyond what a segment reaches in the step."""
+    reach = problem.reaches / problem.rest_lengths
+    return np.minimum(SHORTEST, reach), np.minimum(1.0, reach)
 
 
 def build_qpcc(
@@ -172,7 +172,7 @@ class ControlSolver:
         free = view.time > 0.0 and not goals.patches and not view.touching.any()
         problem = self._dynamics.solve(_rows_of(goals, view), free=free)
         _check_maps(goals, problem)
-        activations = np.minimum(view.activations, problem.lengths / problem.rest_lengths)
+        activations = np.minimum(view.activations, problem.reaches / problem.rest_lengths)
         qpcc = build_qpcc(goals, problem, activations, view.time_step, cone=self._cone)
         start = self._start(goals.patches)
         result = self._solve(qpcc, activations, goals.patches, start)

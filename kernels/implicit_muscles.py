@@ -105,6 +105,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         # out
         state: FiberState,
         lengths: wp.array(dtype=scalar),
+        reaches: wp.array(dtype=scalar),
     ):
         # a slack segment is stiff too where it is about to pull, so that its step does not find it
         # without
@@ -117,6 +118,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
             rate += fibers.share[k] * wp.dot(state.directions[k], state.rates[k])
         lengths[j] = rest_lengths[j] * stretch
         soon = stretch + step_factors[0] * wp.max(rate, scalar(0.0))
+        reaches[j] = rest_lengths[j] * soon
         modulus = scalar(0.0)
         if rest_lengths[j] * soon >= limits[j]:
             modulus = fibers.strength[j]
@@ -205,6 +207,24 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         values[slots[1]] = values[slots[1]] + total
 
     @kernel
+    def first_tensions(
+        # model
+        rest_lengths: wp.array(dtype=scalar),
+        # in
+        limits: wp.array(dtype=scalar),
+        lengths: wp.array(dtype=scalar),
+        reaches: wp.array(dtype=scalar),
+        state: FiberState,
+        # out
+        tensions: wp.array(dtype=scalar),
+    ):
+        # the matrix adds what the segment's lengthening in the step does; so one that gives way at
+        # the rate of the step's beginning ends it without tension
+        j = wp.tid()
+        begin = lengths[j] - wp.min(limits[j], reaches[j])
+        tensions[j] = state.moduli[j] * begin / rest_lengths[j]
+
+    @kernel
     def pull_tets(
         # model
         fibers: Fibers,
@@ -275,6 +295,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         mean_stretches=mean_stretches,
         stiffen_tets=stiffen_tets,
         stiffen_edges=stiffen_edges,
+        first_tensions=first_tensions,
         pull_tets=pull_tets,
         weigh_pairs=weigh_pairs,
         by_segment=by_segment,

@@ -18,6 +18,7 @@ from warp_softbody.engine.model import Model
 
 DT = 0.01
 MATERIAL = Material(young_modulus=2e5, poisson_ratio=0.4, stiffness_damping=0.01, mass_damping=0.5)
+PLAIN = {"elements": "linear", "tangent": "warped"}
 UNDAMPED = Material(young_modulus=2e5, poisson_ratio=0.4, stiffness_damping=0.0, mass_damping=0.0)
 
 
@@ -291,7 +292,7 @@ def test_newton_iterations_approach_the_implicit_euler_step() -> None:
     ids=str,
 )
 def test_the_plan_is_the_step(options: dict[str, Any]) -> None:
-    """In flight, whatever is chosen below the stretches: both have the same matrix."""
+    """In flight, whatever is chosen up to what segments reach: both have the same matrix."""
     bar = muscular_bar(MATERIAL, helix=True)
     body = implicit(bar, gravity=(0.0, 0.0, -9.81), **options)
     rng = np.random.default_rng(4)
@@ -302,7 +303,8 @@ def test_the_plan_is_the_step(options: dict[str, Any]) -> None:
 
     def decide() -> None:
         problem = dynamics.solve(rows, free=True)
-        lengths = problem.lengths * rng.uniform(0.8, 1.0, len(problem.lengths))
+        lengths = problem.reaches * rng.uniform(0.8, 1.0, len(problem.lengths))
+        lengths[::3] = problem.reaches[::3]
         change = problem.muscle_map @ (lengths - problem.lengths)
         planned.append(problem.free_velocity + change)
         body.control.rest_lengths.assign(lengths)
@@ -313,3 +315,32 @@ def test_the_plan_is_the_step(options: dict[str, Any]) -> None:
         found = rows @ body.velocities.ravel()
         scale = np.abs(rows) @ np.abs(body.velocities).ravel()
         np.testing.assert_allclose(planned[-1] / scale, found / scale, atol=1e-9)
+
+
+def held_back(name: str, time_step: float) -> float:
+    """By how much muscles let out to "lengths" or "reaches" change a step that lengthens a bar."""
+    bar = muscular_bar(UNDAMPED, strength=2e6)
+    body, slack = (implicit(bar, time_step=time_step, **PLAIN) for _ in range(2))
+    for one in (body, slack):
+        one.place(bar.mesh.points, bar.mesh.points * np.array([0.0, 0.0, 1.0]))
+    slack.activate(None)
+    slack.step()
+    dynamics = exact_dynamics(body, row_capacity=3)
+    rows = np.eye(3, 3 * body.model.node_count)
+
+    def let_out() -> None:
+        body.control.rest_lengths.assign(getattr(dynamics.solve(rows), name))
+
+    body.stepper.step(body.state, body.control, body.contacts, body.after, decide=let_out)
+    body.state, body.after = body.after, body.state
+    return float(np.linalg.norm(body.velocities - slack.velocities))
+
+
+def test_let_out_muscles_do_not_hold_a_body_that_lengthens() -> None:
+    """Their impulse in a step falls with its third power; at l_d = l with the second."""
+    steps = (1e-3, 5e-4, 2.5e-4)
+    held = np.array([held_back("lengths", step) for step in steps])
+    let_out = np.array([held_back("reaches", step) for step in steps])
+    assert (np.log2(held[:-1] / held[1:]) < 2.2).all()
+    assert (np.log2(let_out[:-1] / let_out[1:]) > 2.6).all()
+    assert (let_out < 0.2 * held).all()

@@ -25,6 +25,7 @@ class ImplicitMuscles:
         limits: (s,) scalar m, rest lengths l_d at which segments begin to pull; 0 where a
             controller may choose any.
         lengths: (s,) scalar m, l_0 times the mean stretch.
+        reaches: (s,) scalar m, lengths at the step's end of segments that lengthen on as they do.
         deformations: (m,) mat33, F.
         rest_rows: (m,) mat33, rows V0 g_a of the corners 1 to 3.
     """
@@ -66,6 +67,7 @@ class ImplicitMuscles:
         self._weights, self._sorted = model.zeros(pairs, scalar), model.zeros(pairs, scalar)
         self.limits = model.zeros(model.segment_count, scalar)
         self.lengths = model.zeros(model.segment_count, scalar)
+        self.reaches = model.zeros(model.segment_count, scalar)
         self.deformations = self._state.deformations
         self.rest_rows = model.zeros(model.tet_count, types.mat33)
         mesh = [model.arrays.mesh.rest_inverse, model.arrays.mesh.rest_volume]
@@ -87,7 +89,7 @@ class ImplicitMuscles:
         def average(first: int, last: int) -> None:
             inputs = [first, self._fibers, own.segment_start, self._segment_pair]
             inputs += [self._rest_lengths, a.step.factors, self.limits]
-            self._launch(k.mean_stretches, last - first, inputs, [s, self.lengths])
+            self._launch(k.mean_stretches, last - first, inputs, [s, self.lengths, self.reaches])
 
         def stiffen(first: int, last: int) -> None:
             inputs = [first, self._fibers, a.step.factors, s]
@@ -104,6 +106,12 @@ class ImplicitMuscles:
             (m.tet_count, stiffen),
             (len(m.topology.edge_slots), add),
         ]
+
+    def launch_tensions(self, limits: Any, tensions: Any) -> None:
+        """Launch the tensions (s,) Pa that a step begins with, of rest lengths (s,) m."""
+        inputs = [self._rest_lengths, limits, self.lengths, self.reaches, self._state]
+        count = self._model.segment_count
+        self._launch(self._kernels.first_tensions, count, inputs, [tensions])
 
     def launch_forces(self, tensions: Any, forces: Any, *, again: bool) -> None:
         """Launch the forces (4 m,) vec3 N, by corner, of tensions (s,), Pa.

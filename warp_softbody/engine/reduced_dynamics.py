@@ -37,6 +37,8 @@ class ControlProblem(Value):
         free_velocity: J v+ without muscle tension and contact, (r,).
         muscle_map: change of J v+ per metre of (l_d - l), (r, s).
         lengths: l, (s,) m, at the start of the step; of implicit muscles l_0 times their stretch.
+        reaches: the most that l_d may be, (s,) m: l, or where implicit muscles lengthen, what they
+            reach by the end of the step at their present rates.
         rest_lengths: l_0, (s,) m.
         iterations: of the block solve.
         converged: whether every row reached the tolerance.
@@ -48,6 +50,7 @@ class ControlProblem(Value):
     free_velocity: FloatArray
     muscle_map: FloatArray
     lengths: FloatArray
+    reaches: FloatArray
     rest_lengths: FloatArray
     iterations: int
     converged: bool
@@ -132,6 +135,7 @@ class ReducedDynamics:
             free_velocity=free_velocity,
             muscle_map=maps,
             lengths=self._views.read(self._stepper.lengths).astype(np.float64),
+            reaches=self._views.read(self._stepper.reaches).astype(np.float64),
             rest_lengths=model.muscles.rest_lengths,
             iterations=iterations,
             converged=iterations < self._most_iterations,

@@ -53,6 +53,7 @@ class Stepper:
         contact: solves, contact modes and impulses of the last step.
         fiber_points: (p,) vec3 m, vertices of the fibres.
         lengths: (s,) scalar m, of the segments; of implicit ones l_0 times their mean stretch.
+        reaches: (s,) scalar m, the most that a segment can be let out to in a step.
         muscle_forces: (4m,) vec3 N, of the last solve, slot 4 t + a at corner a of tet t.
         assembled: the state that was last assembled.
     """
@@ -74,6 +75,7 @@ class Stepper:
         if muscles is not None:
             self.lengths = muscles.lengths
             self._iterate = model.zeros(model.node_count, types.vec3)
+        self.reaches = self.lengths if muscles is None else muscles.reaches
         self._tensions = model.zeros(model.segment_count, types.scalar)
         self._extremes = model.zeros(2, wp.float64)
         self._read_extremes = HostView(self._extremes).read
@@ -268,11 +270,14 @@ class Stepper:
         m, a = self.model, self.model.arrays.muscles
         if self._muscles is None:
             return
-        inputs = [a.stiffness, control.rest_lengths, self.lengths]
-        self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
-        if self.assembly.muscles is not None:
-            forces = self.muscle_forces
-            self.assembly.muscles.launch_forces(self._tensions, forces, again=again)
+        implicit, limits = self.assembly.muscles, control.rest_lengths
+        if implicit is not None and not again:
+            implicit.launch_tensions(limits, self._tensions)
+        else:
+            inputs = [a.stiffness, limits, self.lengths]
+            self._launch(self._muscles.segment_tensions, m.segment_count, inputs, [self._tensions])
+        if implicit is not None:
+            implicit.launch_forces(self._tensions, self.muscle_forces, again=again)
             return
         pairs = [a.pair_start, a.pair_segment, a.pair_weight, a.directions]
         inputs = [*pairs, self._tensions, self.assembly.rotations, self.assembly.area_rows]
