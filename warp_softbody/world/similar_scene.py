@@ -1,0 +1,141 @@
+"""A scene of another size, or under another gravity, that moves like the one that it is made of.
+
+Weight, elasticity, damping, muscles and pushes keep their ratios (Cauchy, Froude and Strouhal
+numbers), so that positions over the length and speeds over sqrt(g L) are the same functions of
+t sqrt(g / L). Densities, Poisson ratios, activations and friction are pure numbers or stay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from warp_softbody.body.character import Character
+from warp_softbody.body.material import Material
+from warp_softbody.body.muscles import Fiber, MuscleGroup
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks
+from warp_softbody.world.ground import Ground, Plane
+from warp_softbody.world.height_field import HeightField
+from warp_softbody.world.joined_bodies import Body
+from warp_softbody.world.scene import Push, Scene
+from warp_softbody.world.triangle_ground import TriangleGround
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Similarity:
+    """Factors from a scene to one that is similar to it.
+
+    Attributes:
+        length: of all lengths.
+        gravity: of gravity.
+    """
+
+    length: float = 1.0
+    gravity: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse factors that are not positive."""
+        checks.settle(self, positive=("length", "gravity"))
+
+    @property
+    def time(self) -> float:
+        """Factor of all times."""
+        return float((self.length / self.gravity) ** 0.5)
+
+    @property
+    def speed(self) -> float:
+        """Factor of all speeds."""
+        return float((self.length * self.gravity) ** 0.5)
+
+    @property
+    def stress(self) -> float:
+        """Factor of moduli and strengths at an equal density."""
+        return self.gravity * self.length
+
+    @property
+    def force(self) -> float:
+        """Factor of all forces."""
+        return self.stress * self.length**2
+
+
+def similar_scene(scene: Scene, by: Similarity) -> Scene:
+    """The scene at another size and gravity; run it with time steps scaled by ``by.time``.
+
+    Raises:
+        InputError: the ground is none of those of the package.
+    """
+    return replace(
+        scene,
+        character=_character(scene.character, by),
+        others=tuple(
+            Body(character=_character(body.character, by), velocity=_times(body.velocity, by.speed))
+            for body in scene.others
+        ),
+        ground=None if scene.ground is None else _ground(scene.ground, by.length),
+        gravity=_times(scene.gravity, by.gravity),
+        pushes=tuple(_push(push, by) for push in scene.pushes),
+        initial_velocity=_times(scene.initial_velocity, by.speed),
+    )
+
+
+def _character(character: Character, by: Similarity) -> Character:
+    return replace(
+        character,
+        mesh=replace(character.mesh, points=character.mesh.points * by.length),
+        material=_material(character.material, by),
+        muscles=tuple(_muscles(group, by) for group in character.muscles),
+    )
+
+
+def _material(material: Material, by: Similarity) -> Material:
+    return replace(
+        material,
+        young_modulus=material.young_modulus * by.stress,
+        stiffness_damping=material.stiffness_damping * by.time,
+        mass_damping=material.mass_damping / by.time,
+    )
+
+
+def _muscles(group: MuscleGroup, by: Similarity) -> MuscleGroup:
+    return replace(
+        group,
+        fibers=tuple(_fiber(fiber, by.length) for fiber in group.fibers),
+        strength=group.strength * by.stress,
+        kernel_width=group.kernel_width * by.length,
+    )
+
+
+def _fiber(fiber: Fiber, length: float) -> Fiber:
+    return replace(fiber, vertices=fiber.vertices * length)
+
+
+def _push(push: Push, by: Similarity) -> Push:
+    return replace(
+        push,
+        force=_times(push.force, by.force),
+        start=push.start * by.time,
+        duration=push.duration * by.time,
+    )
+
+
+def _ground(ground: Ground, length: float) -> Ground:
+    if isinstance(ground, Plane):
+        return replace(ground, offset=ground.offset * length)
+    if isinstance(ground, HeightField):
+        (dx, dy), (x, y) = ground.spacing, ground.origin
+        return replace(
+            ground,
+            heights=ground.heights * length,
+            spacing=(dx * length, dy * length),
+            origin=(x * length, y * length),
+        )
+    if isinstance(ground, TriangleGround):
+        return replace(ground, vertices=ground.vertices * length)
+    raise InputError(f"a {type(ground).__name__} cannot be scaled, only grounds of the package")
+
+
+def _times(vector: Vector, factor: float) -> Vector:
+    x, y, z = vector
+    return factor * x, factor * y, factor * z
