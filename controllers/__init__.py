@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from warp_softbody.controllers.body_units import BodyUnits
     from warp_softbody.controllers.control_options import ControlOptions
     from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
     from warp_softbody.controllers.motions.balance import Balance, BalanceGains
@@ -45,6 +46,7 @@ _HOMES = {
     "ActivationCost": "controller",
     "Balance": "motions.balance",
     "BalanceGains": "motions.balance",
+    "BodyUnits": "body_units",
     "COLD_OPTIONS": "qpcc",
     "ContactMultipliers": "qpcc",
     "ContactQPCC": "qpcc",
@@ -97,6 +99,7 @@ __all__ = [
     "ActivationCost",
     "Balance",
     "BalanceGains",
+    "BodyUnits",
     "ContactMultipliers",
     "ContactQPCC",
     "ControlOptions",

@@ -10,6 +10,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DIRECTIONS
+from warp_softbody.controllers.body_units import BodyUnits
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
 from warp_softbody.controllers.patches import Patch
@@ -76,10 +77,12 @@ def build_qpcc(
     activations: FloatArray,
     time_step: float,
     *,
+    time_unit: float,
     cone: int = DIRECTIONS,
 ) -> ContactQPCC:
     """The step's QPCC over activations and patch impulses; J = [objectives; patches].
 
+    ``time_unit`` is that of the body, s (`BodyUnits`), in which a change of activations is weighed.
     ``cone`` is the number of directions of the friction cones, of which `DIRECTIONS` is a multiple;
     patches know their friction along `DIRECTIONS` of them.
     """
@@ -96,7 +99,7 @@ def build_qpcc(
     squares = root[:, None] * maps
     hessian = squares.T @ squares
     gradient = (root * miss) @ squares
-    effort, change = _activation_weights(goals.activation, len(scale), time_step)
+    effort, change = _activation_weights(goals.activation, len(scale), time_step / time_unit)
     diagonal = np.arange(len(scale))
     hessian[diagonal, diagonal] += effort + change
     gradient[: len(scale)] -= effort + change * activations
@@ -124,10 +127,9 @@ def build_qpcc(
     )
 
 
-def _activation_weights(cost: ActivationCost, count: int, time_step: float) -> tuple[float, float]:
-    """Second derivatives of the two terms for each segment."""
-    change = cost.change * 0.01 / time_step
-    return 2.0 * cost.effort / count, 2.0 * change / count
+def _activation_weights(cost: ActivationCost, count: int, step: float) -> tuple[float, float]:
+    """Second derivatives of the two terms for each segment, in a step of so many time units."""
+    return 2.0 * cost.effort / count, 2.0 * cost.change / (step * count)
 
 
 class ControlSolver:
@@ -173,7 +175,14 @@ class ControlSolver:
         problem = self._dynamics.solve(_rows_of(goals, view), free=free)
         _check_maps(goals, problem)
         activations = np.minimum(view.activations, problem.reaches / problem.rest_lengths)
-        qpcc = build_qpcc(goals, problem, activations, view.time_step, cone=self._cone)
+        qpcc = build_qpcc(
+            goals,
+            problem,
+            activations,
+            view.time_step,
+            time_unit=BodyUnits.of(view).time,
+            cone=self._cone,
+        )
         start = self._start(goals.patches)
         result = self._solve(qpcc, activations, goals.patches, start)
         usable = result.status.usable

@@ -18,12 +18,12 @@ class ActivationCost:
 
     Attributes:
         effort: weight of (a - 1)^2, keeps unused muscles relaxed.
-        change: weight of (a - a_before)^2 per 0.01 s, keeps motion smooth; it is scaled by (0.01 s
-            / dt) to mean the same at any time step.
+        change: weight of the rate of a, in sqrt(L/g): of (a - a_before)^2 it is this over the
+            time step, so that it means the same at any step. Keeps motion smooth.
     """
 
     effort: float = 0.02
-    change: float = 5.0
+    change: float = 0.15
 
     def __post_init__(self) -> None:
         """Refuse weights that would leave the problem without a unique answer."""

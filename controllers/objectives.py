@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.body_units import LEAST_GRAVITY, BodyUnits
 from warp_softbody.controllers.patches import contact_frame
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
@@ -22,9 +23,6 @@ from warp_softbody.world.view import BodyView
 LARGEST = 1e12
 """Size of a row's, target's or weight's numbers beyond which an objective is refused: what else is
 wanted would be lost in its rounding. In units of m g dt rows are some 1 to 1e4."""
-
-LEAST_GRAVITY = 1e-6
-"""m/s^2, below which a body's weight is no unit."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -135,12 +133,17 @@ def linear_momentum(view: BodyView, rate: FloatArray, weight: npt.ArrayLike = 1.
 
 
 def angular_momentum(
-    view: BodyView, rate: FloatArray, weight: npt.ArrayLike = 1.0, arm: float = 1.0
+    view: BodyView,
+    rate: FloatArray,
+    weight: npt.ArrayLike = 1.0,
+    *,
+    arm: float | None = None,
 ) -> Objective:
     """``|dH - dH*|^2`` (eq. 14) about the centre of mass for a wanted rate dH* (3,) N m.
 
-    In units of m g dt times the arm, m.
+    In units of m g dt times an arm, m; default the body's length L.
     """
+    arm = BodyUnits.of(view).length if arm is None else arm
     unit = 1.0 / (weight_of(view) * view.time_step * arm)
     target = (view.angular_momentum + view.time_step * rate) * unit
     rows = angular_momentum_rows(view) * unit
@@ -154,6 +157,7 @@ def base_area(
 
     Positions are taken at n and velocities at n + 1, so the row is the gradient of the projected
     area of the base triangles (f, 3), over that area; ``growth`` is the wanted relative rate, 1/s.
+    In units of sqrt(g / L).
     """
     ground = view.scene.ground
     frame = contact_frame(ground.normal if ground is not None else (0.0, 0.0, 1.0))
@@ -167,24 +171,43 @@ def base_area(
     if not area > 0.0:
         raise InputError("objective 'base area': the base covers no area of the ground")
     gradient = [np.bincount(corners, along, view.node_count) for along in pull.T]
-    rows = (np.stack(gradient, axis=1) / area).reshape(1, -1)
+    unit = BodyUnits.of(view).time
+    rows = unit * (np.stack(gradient, axis=1) / area).reshape(1, -1)
     return Objective(
-        name="base area", rows=rows, target=np.array([growth]), weight=np.array([weight])
+        name="base area", rows=rows, target=np.array([growth * unit]), weight=np.array([weight])
     )
 
 
 def position(
-    view: BodyView, weights: FloatArray, goal: FloatArray, weight: npt.ArrayLike = 1.0
+    view: BodyView,
+    weights: FloatArray,
+    goal: FloatArray,
+    weight: npt.ArrayLike = 1.0,
+    *,
+    unit: float | None = None,
 ) -> Objective:
-    """``|f(x+) - p*|^2`` (eq. 17), f a weighted mean of nodes or a difference, goal (3,) m."""
-    now = weights @ view.positions
-    rows = mean_rows(view, weights) * view.time_step
-    return Objective(name="position", rows=rows, target=goal - now, weight=np.asarray(weight))
+    """``|f(x+) - p*|^2`` (eq. 17), f a weighted mean of nodes or a difference, goal (3,) m.
+
+    In units of a length, m; default the body's length L.
+    """
+    share = 1.0 / (BodyUnits.of(view).length if unit is None else unit)
+    rows = (view.time_step * share) * mean_rows(view, weights)
+    target = share * (goal - weights @ view.positions)
+    return Objective(name="position", rows=rows, target=target, weight=np.asarray(weight))
 
 
 def velocity(
-    view: BodyView, weights: FloatArray, goal: FloatArray, weight: npt.ArrayLike = 1.0
+    view: BodyView,
+    weights: FloatArray,
+    goal: FloatArray,
+    weight: npt.ArrayLike = 1.0,
+    *,
+    unit: float | None = None,
 ) -> Objective:
-    """``|f(v+) - v*|^2`` (eq. 18), f a weighted mean of nodes or a difference, goal (3,) m/s."""
-    rows = mean_rows(view, weights)
-    return Objective(name="velocity", rows=rows, target=goal, weight=np.asarray(weight))
+    """``|f(v+) - v*|^2`` (eq. 18), f a weighted mean of nodes or a difference, goal (3,) m/s.
+
+    In units of a speed, m/s; default sqrt(g L).
+    """
+    share = 1.0 / (BodyUnits.of(view).speed if unit is None else unit)
+    rows = np.asarray(share * mean_rows(view, weights))
+    return Objective(name="velocity", rows=rows, target=share * goal, weight=np.asarray(weight))

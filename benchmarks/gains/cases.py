@@ -49,8 +49,8 @@ class GainCase:
         scene: name.
         gains: shipped ones, a dataclass.
         controller: made of gains.
-        ranges: by the path of a gain in the dataclass; ``material.NAME`` and ``strength`` stand
-            for the character's.
+        ranges: by the path of a gain in the dataclass; ``material.NAME`` stands for the
+            character's, ``strength`` for that of all its muscles, in E.
         settings: of the scene.
         bounds: of criteria, in place of those that every motion has.
         stands: whether a run is over when the body falls.
@@ -97,7 +97,8 @@ def changed(values: Any, path: list[str], value: float) -> Any:
 def changed_character(character: Character, name: str, value: float) -> Character:
     """A character with a number of its material, or the strength of all muscles, changed."""
     if name == "strength":
-        muscles = tuple(replace(group, strength=value) for group in character.muscles)
+        strength = value * character.material.young_modulus
+        muscles = tuple(replace(group, strength=strength) for group in character.muscles)
         return replace(character, muscles=muscles)
     material = changed(character.material, name.split(".")[1:], value)
     return replace(character, material=material)
@@ -105,7 +106,7 @@ def changed_character(character: Character, name: str, value: float) -> Characte
 
 def _value(gains: Any, character: Character, name: str) -> float:
     if name == "strength":
-        return character.muscles[0].strength
+        return character.muscles[0].strength / character.material.young_modulus
     values: Any = character if name.startswith("material.") else gains
     for part in name.split("."):
         values = values[int(part)] if isinstance(values, tuple) else getattr(values, part)
@@ -113,62 +114,62 @@ def _value(gains: Any, character: Character, name: str) -> float:
 
 
 BALANCE = {
-    "position": Range(20.0, 80.0, log=True),
-    "velocity": Range(4.0, 14.0, log=True),
-    "spin": Range(4.0, 14.0, log=True),
+    "position": Range(2.0, 8.0, log=True),
+    "velocity": Range(1.3, 4.5, log=True),
+    "spin": Range(1.3, 4.5, log=True),
     "crouch": Range(0.3, 2.0),
     "momentum_weight": Range(0.2, 3.0, log=True),
     "spin_weight": Range(5.0, 80.0, log=True),
-    "base_weight": Range(0.002, 0.06, log=True),
-    "base_rate": Range(2.0, 6.0),
+    "base_weight": Range(0.02, 0.6, log=True),
+    "base_rate": Range(0.65, 1.9),
     "activation.effort": Range(0.005, 0.05, log=True),
-    "activation.change": Range(0.1, 1.5, log=True),
+    "activation.change": Range(0.003, 0.05, log=True),
 }
 JUMP = {
     "depth": Range(0.12, 0.35),
-    "crouch_time": Range(0.4, 1.0),
-    "launch.2": Range(2.0, 4.5),
-    "push": Range(12.0, 40.0, log=True),
-    "rise": Range(0.0, 0.1),
-    "position": Range(30.0, 120.0, log=True),
-    "velocity": Range(7.0, 20.0, log=True),
-    "spin": Range(3.0, 10.0, log=True),
+    "crouch_time": Range(1.3, 3.1),
+    "launch.2": Range(0.65, 1.45),
+    "push": Range(3.8, 12.5, log=True),
+    "rise": Range(0.0, 0.3),
+    "position": Range(3.0, 12.5, log=True),
+    "velocity": Range(2.2, 6.4, log=True),
+    "spin": Range(0.95, 3.2, log=True),
     "momentum_weight": Range(0.015, 0.2, log=True),
     "spin_weight": Range(0.2, 10.0, log=True),
     "reach.2": Range(-0.56, -0.44),
-    "reach_weight": Range(0.05, 1.0, log=True),
+    "reach_weight": Range(0.5, 10.0, log=True),
     "activation.effort": Range(0.01, 0.1, log=True),
-    "activation.change": Range(0.3, 8.0, log=True),
+    "activation.change": Range(0.01, 0.25, log=True),
     "landing.momentum_weight": Range(0.02, 0.3, log=True),
     "landing.spin_weight": Range(0.5, 12.0, log=True),
-    "landing.velocity": Range(5.0, 14.0, log=True),
-    "landing.position": Range(20.0, 50.0, log=True),
+    "landing.velocity": Range(1.6, 4.5, log=True),
+    "landing.position": Range(2.0, 5.1, log=True),
     "landing.crouch": Range(0.0, 1.0),
-    "landing.activation.change": Range(1.0, 25.0, log=True),
+    "landing.activation.change": Range(0.03, 0.8, log=True),
     "ease": Range(0.0, 6.0),
-    "strength": Range(9e5, 2e6, log=True),
+    "strength": Range(1.8, 4.0, log=True),
     "material.poisson_ratio": Range(0.465, 0.485),
     "material.stiffness_damping": Range(0.03, 0.05, log=True),
 }
 FORWARD = {
     "pitch": Range(0.4, 1.0),
     "lean.0": Range(0.05, 0.2),
-    "launch.0": Range(2.0, 4.5),
+    "launch.0": Range(0.65, 1.45),
     "reach.0": Range(0.0, 0.15),
 }
 TURN = {"turn": Range(0.2, 2.0, log=True), "wind": Range(-2.0, -0.4)}
 ROLL = {
     "lead": Range(0.1, 0.35),
-    "position": Range(6.0, 30.0, log=True),
-    "velocity": Range(0.5, 5.0, log=True),
+    "position": Range(0.6, 3.1, log=True),
+    "velocity": Range(0.16, 1.6, log=True),
     "spin": Range(0.1, 0.5),
-    "top_speed": Range(1.2, 2.6),
-    "follow": Range(0.0, 0.2),
+    "top_speed": Range(0.38, 0.83),
+    "follow": Range(0.0, 0.65),
     "spin_weight": Range(0.02, 4.0, log=True),
     "momentum_weight": Range(0.005, 1.0, log=True),
     "activation.effort": Range(0.02, 0.2, log=True),
-    "activation.change": Range(1.0, 12.0, log=True),
-    "strength": Range(7e5, 1.3e6, log=True),
+    "activation.change": Range(0.03, 0.38, log=True),
+    "strength": Range(1.4, 2.7, log=True),
     "material.stiffness_damping": Range(0.03, 0.1, log=True),
 }
 

@@ -8,46 +8,49 @@ from typing import Any
 import numpy as np
 
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, region_mean
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
 
+LEAST_HEIGHT = 1e-3
+"""L, of the centre of mass above the base, with which a lying body's capture point is reckoned."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BalanceGains:
-    """Gains and weights of the balance controller.
+    """Gains and weights of the balance controller, in units of the body (`BodyUnits`).
 
     Attributes:
-        position: Kp, 1/s^2, pull of the centre of mass towards its place above the base.
-        velocity: Kd, 1/s, decay of linear momentum.
-        spin: 1/s, decay of angular momentum.
-        crouch: metres that the centre of mass is lowered per metre of the capture point's offset.
+        position: Kp, g/L, pull of the centre of mass towards its place above the base.
+        velocity: Kd, sqrt(g/L), decay of linear momentum.
+        spin: sqrt(g/L), decay of angular momentum.
+        crouch: how far the centre of mass is lowered, as a share of the capture point's offset.
         momentum_weight: of the linear momentum, in units of m g dt.
-        spin_weight: of the angular momentum, in units of m g dt times 1 m.
-        base_weight: of the base's relative growth, s^2; 0 leaves the term out.
-        base_rate: 1/(m s), wanted relative growth of the base per metre of the capture point's
-            offset.
+        spin_weight: of the angular momentum, in units of m g L dt.
+        base_weight: of the base's relative growth, in units of sqrt(g/L); 0 leaves the term out.
+        base_rate: sqrt(g/L)/L, wanted relative growth of the base over the capture point's offset.
         activation: cost of effort and change.
         relax: by how much more than one effort costs a body that stands well, as a factor, so that
             its own damping brings it to rest.
-        relax_within: m, offset of the capture point from which on effort costs as usual.
+        relax_within: L, offset of the capture point from which on effort costs as usual.
     """
 
-    position: float = 45.0
-    velocity: float = 7.0
-    spin: float = 8.0
+    position: float = field(default=4.587, metadata=dimension(time=-2.0))
+    velocity: float = field(default=2.235, metadata=dimension(time=-1.0))
+    spin: float = field(default=2.554, metadata=dimension(time=-1.0))
     crouch: float = 1.1
     momentum_weight: float = 1.0
     spin_weight: float = 38.0
-    base_weight: float = 0.018
-    base_rate: float = 4.0
+    base_weight: float = 0.1766
+    base_rate: float = field(default=1.277, metadata=dimension(length=-1.0, time=-1.0))
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.015, change=0.35)
+        default_factory=lambda: ActivationCost(effort=0.015, change=0.01096)
     )
     relax: float = 0.0
-    relax_within: float = 0.1
+    relax_within: float = field(default=0.1, metadata=dimension(length=1.0))
 
     def __post_init__(self) -> None:
         """Refuse gains that are not finite or out of their range."""
@@ -82,12 +85,17 @@ class Balance:
         self._gains = checks.optional("gains of Balance", gains, BalanceGains)
         self._base = input_kinds.name("base of Balance", base)
         self._patches = input_kinds.names("patches of Balance", patches)
+        self._units: BodyUnits | None = None
         self._height: float | None = None
         self._triangles: np.ndarray[tuple[int, ...], np.dtype[np.int32]] | None = None
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
-        g, view = self._gains, seen(view)
+        view = seen(view)
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+        g = self._gains
         target = region_mean(view, view.positions, self._base)
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])
@@ -115,7 +123,9 @@ class Balance:
     def _capture_offset(self, view: BodyView, base: np.ndarray[tuple[int, ...], Any]) -> float:
         """Horizontal distance (m) of the capture point c + v sqrt(h / g) from the base's middle."""
         gravity = float(np.linalg.norm(view.scene.gravity))
-        height = max(float((view.center_of_mass - base)[2]), 1e-3)
+        height = max(
+            float((view.center_of_mass - base)[2]), LEAST_HEIGHT * BodyUnits.of(view).length
+        )
         speed = view.linear_momentum / view.mass
         ahead = view.center_of_mass - base + speed * np.sqrt(height / max(gravity, 1e-6))
         return float(np.hypot(ahead[0], ahead[1]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
 from warp_softbody.controllers.motions.body_measures import mean_weights, region_mean
 from warp_softbody.controllers.motions.trajectories import smooth_step
@@ -20,7 +21,6 @@ from warp_softbody.world.view import BodyView
 TAIL = ("corner_0", "corner_2")
 HEAD = ("corner_1", "corner_3")
 MIDDLE = ("belly_2", "belly_3")
-USUAL_STEP = 1.0 / 60.0  # s
 BELLY_PATCHES = ("belly_0", "belly_1", "belly_2", "belly_3", "belly_4", "belly_5")
 
 
@@ -39,35 +39,35 @@ class CrawlPhase(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class CrawlGains:
-    """Gains, weights and timing of crawling along x.
+    """Gains, weights and timing of crawling along x, in units of the body (`BodyUnits`).
 
-    Weights are those at a time step of 1/60 s, and grow as it shrinks: in a shorter step muscles
-    change a velocity by less, and effort would weigh more.
+    Weights are divided by the time step: in a shorter step muscles change a velocity by less, and
+    effort would weigh more.
 
     Attributes:
-        stride: m, by which the ends come together and part again in a cycle.
-        arch: m, wanted height of the middle of the belly when they are together; 0 keeps it down.
-        pull_time: s, in which the tail is pulled up.
-        push_time: s, in which the head is pushed forward.
-        follow: 1/s, how fast what is off its trajectory is to come back, and how fast an end that
-            is to hold comes to a stop.
-        corner_weight: of the corners' velocities along the ground, s^2/m^2.
-        ground_weight: of their vertical velocities, s^2/m^2; keeps the ends flat on the ground.
-        middle_weight: of the middle's vertical velocity, s^2/m^2.
+        stride: L, by which the ends come together and part again in a cycle.
+        arch: L, wanted height of the middle of the belly when they are together; 0 keeps it down.
+        pull_time: sqrt(L/g), in which the tail is pulled up.
+        push_time: sqrt(L/g), in which the head is pushed forward.
+        follow: sqrt(g/L), how fast what is off its trajectory is to come back, and how fast an end
+            that is to hold comes to a stop.
+        corner_weight: sqrt(L/g), of the corners' velocities along the ground in units of sqrt(g L).
+        ground_weight: of their vertical velocities, likewise; keeps the ends flat on the ground.
+        middle_weight: of the middle's vertical velocity, likewise.
         activation: cost of effort and change. The effort spreads a contraction over the body: with
             little of it the segments nearest to the moving end, which answer first, do it all.
     """
 
-    stride: float = 0.12
-    arch: float = 0.0
-    pull_time: float = 0.6
-    push_time: float = 0.6
-    follow: float = 10.0
-    corner_weight: float = 0.05
-    ground_weight: float = 0.05
-    middle_weight: float = 0.1
+    stride: float = field(default=0.12, metadata=dimension(length=1.0))
+    arch: float = field(default=0.0, metadata=dimension(length=1.0))
+    pull_time: float = field(default=1.879, metadata=dimension(time=1.0))
+    push_time: float = field(default=1.879, metadata=dimension(time=1.0))
+    follow: float = field(default=3.193, metadata=dimension(time=-1.0))
+    corner_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
+    ground_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
+    middle_weight: float = field(default=0.0512, metadata=dimension(time=1.0))
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=1.0, change=20.0)
+        default_factory=lambda: ActivationCost(effort=1.0, change=0.6264)
     )
 
     def __post_init__(self) -> None:
@@ -94,15 +94,16 @@ class Crawl:
         self,
         gains: CrawlGains | None = None,
         *,
-        start: float = 0.5,
+        start: float = 1.566,
         resting: tuple[int, ...] = (),
     ) -> None:
-        """Crawl along +x from ``start`` s on, over and over, without the ``resting`` segments."""
+        """Crawl along +x from ``start`` sqrt(L/g) on, without the ``resting`` segments."""
         self._resting = segments("resting of Crawl", resting)
         self._gains = checks.optional("gains of Crawl", gains, CrawlGains)
         self.phase = CrawlPhase.REST
         self._since = 0.0
-        self._lasts = checks.number("start of Crawl", start, above=0.0, unit="s")
+        self._lasts = checks.number("start of Crawl", start, above=0.0, unit="sqrt(L/g)")
+        self._units: BodyUnits | None = None
         self._home: dict[str, FloatArray] = {}
         self._goals: dict[str, float] = {}
         self._way = (0.0, 0.0)
@@ -111,6 +112,10 @@ class Crawl:
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+            self._lasts *= self._units.time
         if not self._home:
             self._home = {name: region_mean(view, view.positions, name) for name in (*TAIL, *HEAD)}
             self._stop(view, (*TAIL, *HEAD))
@@ -176,7 +181,7 @@ class Crawl:
         goal = np.array([self._goals[name], *self._home[name][1:]])
         way = np.array([speed, 0.0, 0.0]) + g.follow * (goal - weights @ view.positions)
         cost = np.array([g.corner_weight, g.corner_weight, g.ground_weight])
-        return objectives.velocity(view, weights, way, cost * USUAL_STEP / view.time_step)
+        return objectives.velocity(view, weights, way, cost / view.time_step)
 
     def _middle(self, view: BodyView, share: float, rate: float) -> Objective:
         """Up while the ends come together, down while they part."""
@@ -188,9 +193,10 @@ class Crawl:
             CrawlPhase.PUSH: (g.arch * (1.0 - share), -g.arch * rate),
         }[self.phase]
         miss = height - weights @ view.positions[:, 2]
+        share = 1.0 / BodyUnits.of(view).speed
         return Objective(
             name="middle",
-            rows=objectives.mean_rows(view, weights)[2:],
-            target=np.array([climb + g.follow * miss]),
-            weight=np.array([g.middle_weight * USUAL_STEP / view.time_step]),
+            rows=objectives.mean_rows(view, weights)[2:] * share,
+            target=np.array([share * (climb + g.follow * miss)]),
+            weight=np.array([g.middle_weight / view.time_step]),
         )

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES
 from warp_softbody.controllers.motions.trajectories import smooth_step
@@ -19,26 +20,28 @@ from warp_softbody.world.view import BodyView
 
 @dataclass(frozen=True, kw_only=True)
 class Sway:
-    """A sine along x that grows at the start and dies away after a number of periods.
+    """A sine along x that grows at the start and dies away after some periods.
+
+    Given in units of the body (`BodyUnits`); `at` reckons in the units of its fields.
 
     Attributes:
-        amplitude: m.
-        period: s.
+        amplitude: L.
+        period: sqrt(L/g).
         periods: how many.
-        ease: s, over which it grows, and dies away.
+        ease: sqrt(L/g), over which it grows, and dies away.
     """
 
-    amplitude: float = 0.1
-    period: float = 2.0
+    amplitude: float = field(default=0.1, metadata=dimension(length=1.0))
+    period: float = field(default=6.264, metadata=dimension(time=1.0))
     periods: float = 4.0
-    ease: float = 0.5
+    ease: float = field(default=1.566, metadata=dimension(time=1.0))
 
     def __post_init__(self) -> None:
         """Refuse times that are not positive and an amplitude that is not finite."""
         checks.settle(self, positive=("period", "periods", "ease"), finite=("amplitude",))
 
     def at(self, time: float) -> FloatArray:
-        """Place, velocity and acceleration along x at a time from its start: m, m/s, m/s^2."""
+        """Place, velocity and acceleration along x at a time from its start."""
         rate = 2.0 * math.pi / self.period
         sine, cosine = math.sin(rate * time), math.cos(rate * time)
         wave = self.amplitude * np.array([sine, rate * cosine, -(rate**2) * sine])
@@ -56,24 +59,24 @@ class Sway:
 
 @dataclass(frozen=True, kw_only=True)
 class ExerciseGains:
-    """Gains and weights of following a path.
+    """Gains and weights of following a path, in units of the body (`BodyUnits`).
 
     Attributes:
-        position: Kp, 1/s^2, of the distance from the path.
-        velocity: Kd, 1/s, of the difference from the path's velocity.
-        spin: 1/s, decay of angular momentum.
+        position: Kp, g/L, of the distance from the path.
+        velocity: Kd, sqrt(g/L), of the difference from the path's velocity.
+        spin: sqrt(g/L), decay of angular momentum.
         momentum_weight: of the linear momentum, in units of m g dt.
-        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        spin_weight: of the angular momentum, in units of m g L dt.
         activation: cost of effort and change.
     """
 
-    position: float = 200.0
-    velocity: float = 25.0
-    spin: float = 8.0
+    position: float = field(default=20.39, metadata=dimension(time=-2.0))
+    velocity: float = field(default=7.982, metadata=dimension(time=-1.0))
+    spin: float = field(default=2.554, metadata=dimension(time=-1.0))
     momentum_weight: float = 1.0
     spin_weight: float = 30.0
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.3, change=4.0)
+        default_factory=lambda: ActivationCost(effort=0.3, change=0.1253)
     )
 
     def __post_init__(self) -> None:
@@ -91,19 +94,26 @@ class Exercise:
         gains: ExerciseGains | None = None,
         *,
         path: Sway | None = None,
-        start: float = 0.5,
+        start: float = 1.566,
         patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
-        """Follow the path from ``start`` seconds on, thinking of the ground through patches."""
+        """Follow the path from ``start`` sqrt(L/g) on, thinking of the ground through patches."""
         self._gains = checks.optional("gains of Exercise", gains, ExerciseGains)
         self._path = checks.optional("path of Exercise", path, Sway)
-        self._start = checks.number("start of Exercise", start, low=0.0, unit="s")
+        self._start = checks.number("start of Exercise", start, low=0.0, unit="sqrt(L/g)")
         self._patches = input_kinds.names("patches of Exercise", patches)
+        self._units: BodyUnits | None = None
         self._origin: FloatArray | None = None
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
-        g, view = self._gains, seen(view)
+        view = seen(view)
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+            self._path = in_si(self._path, self._units)
+            self._start *= self._units.time
+        g = self._gains
         if self._origin is None:
             self._origin = view.center_of_mass
         # What is chosen now acts until the end of the step, so the path is compared there.

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.balance import Balance, BalanceGains
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
@@ -33,59 +34,59 @@ class JumpPhase(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class JumpGains:
-    """Gains, weights and timing of a jump.
+    """Gains, weights and timing of a jump, in units of the body (`BodyUnits`).
 
     Attributes:
-        depth: m, how far the centre of mass is lowered before the jump.
-        lean: (x, y) m, how far it is shifted from the middle of the base meanwhile.
+        depth: L, how far the centre of mass is lowered before the jump.
+        lean: (x, y) L, how far it is shifted from the middle of the base meanwhile.
         pitch: rad, by which the body is tipped forward meanwhile.
         wind: rad, by which it is turned about the vertical meanwhile.
-        crouch_time: s.
-        launch: m/s, wanted velocity of the centre of mass at take-off.
-        push: 1/s, how fast momentum is to come near that of the launch.
-        rise: s, in which the wanted velocity comes up to that of the launch; 0 for at once.
-        push_time: s, longest push; then the jump counts as failed and the body balances.
-        position: Kp, 1/s^2, of the centre of mass while crouching.
-        velocity: Kd, 1/s, of the same.
-        spin: 1/s, decay of angular momentum.
-        turn: m g times 1 m, rate of angular momentum about the vertical wanted in the push.
+        crouch_time: sqrt(L/g).
+        launch: sqrt(g L), wanted velocity of the centre of mass at take-off.
+        push: sqrt(g/L), how fast momentum is to come near that of the launch.
+        rise: sqrt(L/g), in which the wanted velocity comes up to that of the launch; 0 for at once.
+        push_time: sqrt(L/g), longest push; then the jump counts as failed and the body balances.
+        position: Kp, g/L, of the centre of mass while crouching.
+        velocity: Kd, sqrt(g/L), of the same.
+        spin: sqrt(g/L), decay of angular momentum.
+        turn: m g L, rate of angular momentum about the vertical wanted in the push.
         momentum_weight: of the linear momentum, in units of m g dt.
-        spin_weight: of the angular momentum, in units of m g dt times 1 m.
-        reach: (x, y, z) m, base relative to the centre of mass wanted in the air; z below.
-        reach_rate: 1/s, how fast it is to come there.
-        reach_weight: of that velocity, s^2/m^2.
-        rest_time: s between landing and the next jump.
+        spin_weight: of the angular momentum, in units of m g L dt.
+        reach: (x, y, z) L, base relative to the centre of mass wanted in the air; z below.
+        reach_rate: sqrt(g/L), how fast it is to come there.
+        reach_weight: of that velocity, in units of sqrt(g L).
+        rest_time: sqrt(L/g), between landing and the next jump.
         activation: cost of effort and change while jumping.
         landing: gains of the balance before and after it.
         ease: by how much more than one a change costs at landing, as a factor.
-        ease_time: s, after which it costs as usual.
+        ease_time: sqrt(L/g), after which it costs as usual.
     """
 
-    depth: float = 0.12
-    lean: tuple[float, float] = (0.0, 0.0)
+    depth: float = field(default=0.12, metadata=dimension(length=1.0))
+    lean: tuple[float, float] = field(default=(0.0, 0.0), metadata=dimension(length=1.0))
     pitch: float = 0.0
     wind: float = 0.0
-    crouch_time: float = 0.5
-    launch: Vector = (0.0, 0.0, 2.0)
-    push: float = 20.0
-    rise: float = 0.0
-    push_time: float = 0.5
-    position: float = 45.0
-    velocity: float = 9.0
-    spin: float = 8.0
-    turn: float = 0.0
+    crouch_time: float = field(default=1.566, metadata=dimension(time=1.0))
+    launch: Vector = field(default=(0.0, 0.0, 0.6386), metadata=dimension(length=1.0, time=-1.0))
+    push: float = field(default=6.386, metadata=dimension(time=-1.0))
+    rise: float = field(default=0.0, metadata=dimension(time=1.0))
+    push_time: float = field(default=1.566, metadata=dimension(time=1.0))
+    position: float = field(default=4.587, metadata=dimension(time=-2.0))
+    velocity: float = field(default=2.873, metadata=dimension(time=-1.0))
+    spin: float = field(default=2.554, metadata=dimension(time=-1.0))
+    turn: float = field(default=0.0, metadata=dimension(length=1.0))
     momentum_weight: float = 1.0
     spin_weight: float = 20.0
-    reach: Vector = (0.0, 0.0, -0.49)
-    reach_rate: float = 8.0
-    reach_weight: float = 1.0
-    rest_time: float = 1.0
+    reach: Vector = field(default=(0.0, 0.0, -0.49), metadata=dimension(length=1.0))
+    reach_rate: float = field(default=2.554, metadata=dimension(time=-1.0))
+    reach_weight: float = 9.81
+    rest_time: float = field(default=3.132, metadata=dimension(time=1.0))
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.015, change=0.2)
+        default_factory=lambda: ActivationCost(effort=0.015, change=0.006264)
     )
     landing: BalanceGains = field(default_factory=BalanceGains)
     ease: float = 0.0
-    ease_time: float = 0.3
+    ease_time: float = field(default=0.9396, metadata=dimension(time=1.0))
 
     def __post_init__(self) -> None:
         """Refuse gains that are not finite or out of their range."""
@@ -100,7 +101,7 @@ class JumpGains:
             finite=("depth", "pitch", "wind", "turn"),
             vectors=("launch", "reach"),
         )
-        checks.keep(self, lean=checks.vector("JumpGains.lean", self.lean, 2, unit="m"))
+        checks.keep(self, lean=checks.vector("JumpGains.lean", self.lean, 2, unit="L"))
         checks.instance("JumpGains.activation", self.activation, ActivationCost)
         checks.instance("JumpGains.landing", self.landing, BalanceGains)
 
@@ -113,11 +114,11 @@ class Jump:
         gains: JumpGains | None = None,
         *,
         jumps: int = 1,
-        start: float = 0.5,
+        start: float = 1.566,
         base: str = "base",
         patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
-        """Jump from a base region, ``start`` seconds after the run begins."""
+        """Jump from a base region, ``start`` sqrt(L/g) after the run begins."""
         self._gains = checks.optional("gains of Jump", gains, JumpGains)
         self._jumps = checks.whole("jumps of Jump", jumps)
         self._base = input_kinds.name("base of Jump", base)
@@ -125,13 +126,18 @@ class Jump:
         self._balance = Balance(self._gains.landing, base=base, patches=patches)
         self.phase = JumpPhase.STAND
         self._since = 0.0
-        self._wait = checks.number("start of Jump", start, low=0.0, unit="s")
+        self._wait = checks.number("start of Jump", start, low=0.0, unit="sqrt(L/g)")
         self._done = 0
+        self._units: BodyUnits | None = None
         self._height: float | None = None
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+            self._wait *= self._units.time
         base = region_mean(view, view.positions, self._base)
         if self._height is None:
             self._height = float(view.center_of_mass[2] - base[2])

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import angle_turned
 from warp_softbody.controllers.patch_clusters import clustered_patches
@@ -22,45 +23,48 @@ LET_GO = 5.0
 """Time constants of the letting go after which muscles are slack for good: less than a hundredth
 of the contraction is left."""
 
-STILL = 0.05
-"""m/s, of the centre of mass, below which a body that rolls out counts as still."""
+STILL = 0.016
+"""sqrt(g L), of the centre of mass, below which a body that rolls out counts as still."""
 
-STILL_TIME = 0.5
-"""s that it has to be still: longer than it stands at the end of a swing back."""
+STILL_TIME = 1.566
+"""sqrt(L/g) that it has to be still: longer than it stands at the end of a swing back."""
+
+LEVEL = 1e-3
+"""L, above the lowest node of a rim, within which a node is as low."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RollGains:
-    """Gains and weights of rolling along x.
+    """Gains and weights of rolling along x, in units of the body (`BodyUnits`).
 
     Attributes:
-        lead: m, how far ahead of the contact the centre of mass is wanted.
-        position: Kp, 1/s^2, of the centre of mass.
-        velocity: Kd, 1/s, of linear momentum.
-        spin: m g times 1 m, wanted rate of angular momentum about the axis.
-        steadiness: 1/s, decay of angular momentum about the other axes.
-        top_speed: m/s, of the centre of mass, at which the wanted rate has fallen to zero.
-        follow: s, time in which the plan follows a contact that moves from node to node.
-        ease: s, in which lead and spin come up at the start of a leg.
-        release: s, time constant in which muscles let go at the end of a leg.
-        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        lead: L, how far ahead of the contact the centre of mass is wanted.
+        position: Kp, g/L, of the centre of mass.
+        velocity: Kd, sqrt(g/L), of linear momentum.
+        spin: m g L, wanted rate of angular momentum about the axis.
+        steadiness: sqrt(g/L), decay of angular momentum about the other axes.
+        top_speed: sqrt(g L), of the centre of mass, at which the wanted rate has fallen to zero.
+        follow: sqrt(L/g), time in which the plan follows a contact that moves from node to node.
+        ease: sqrt(L/g), in which lead and spin come up at the start of a leg.
+        release: sqrt(L/g), time constant in which muscles let go at the end of a leg.
+        spin_weight: of the angular momentum, in units of m g L dt.
         momentum_weight: of the linear momentum, in units of m g dt.
         activation: cost of effort and change.
     """
 
-    lead: float = 0.1
-    position: float = 15.0
-    velocity: float = 5.0
-    spin: float = 0.1
-    steadiness: float = 5.0
-    top_speed: float = 1.5
-    follow: float = 0.05
-    ease: float = 0.3
-    release: float = 0.1
+    lead: float = field(default=0.1, metadata=dimension(length=1.0))
+    position: float = field(default=1.529, metadata=dimension(time=-2.0))
+    velocity: float = field(default=1.596, metadata=dimension(time=-1.0))
+    spin: float = field(default=0.1, metadata=dimension(length=1.0))
+    steadiness: float = field(default=1.596, metadata=dimension(time=-1.0))
+    top_speed: float = field(default=0.4789, metadata=dimension(length=1.0, time=-1.0))
+    follow: float = field(default=0.1566, metadata=dimension(time=1.0))
+    ease: float = field(default=0.9396, metadata=dimension(time=1.0))
+    release: float = field(default=0.3132, metadata=dimension(time=1.0))
     spin_weight: float = 5.0
     momentum_weight: float = 1.0
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.02, change=5.0)
+        default_factory=lambda: ActivationCost(effort=0.02, change=0.1566)
     )
 
     def __post_init__(self) -> None:
@@ -84,16 +88,16 @@ class Leg:
     Attributes:
         direction: +1 or -1, along x.
         turn: rad, by which it is driven.
-        seconds: longest time in which it is driven.
+        longest: sqrt(L/g), longest time in which it is driven.
     """
 
     direction: float
     turn: float
-    seconds: float = 3.5
+    longest: float = field(default=10.96, metadata=dimension(time=1.0))
 
     def __post_init__(self) -> None:
         """Refuse a direction other than 1 and -1, and a turn or time that is not positive."""
-        checks.settle(self, positive=("turn", "seconds"), finite=("direction",))
+        checks.settle(self, positive=("turn", "longest"), finite=("direction",))
         if abs(self.direction) != 1.0:
             checks.refuse("Leg.direction", "1 or -1", self.direction)
 
@@ -117,6 +121,7 @@ class Roll:
         self._count = checks.whole("patches of Roll", patches, low=4, high=8)
         self._parts = checks.whole("parts of Roll", parts, low=self._count, high=2**16)
         self._last: tuple[Patch, ...] = ()
+        self._units: BodyUnits | None = None
         self._height: float | None = None
         self._behind: FloatArray | None = None
         self._heading = 0.0
@@ -129,9 +134,13 @@ class Roll:
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None where the body rolls out."""
         view = seen(view)
-        self._advance(view)
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+            self._legs = [in_si(leg, self._units) for leg in self._legs]
+        self._advance(view, self._units)
         if self._released is not None:
-            return self._let_go(view, view.time - self._released)
+            return self._let_go(view, self._units, view.time - self._released)
         g = self._gains
         goal = self._goal(view, self._headed(view, self._legs[0].direction))
         pull = view.mass * g.position * (goal - view.center_of_mass)
@@ -145,24 +154,24 @@ class Roll:
             activation=g.activation,
         )
 
-    def _advance(self, view: BodyView) -> None:
+    def _advance(self, view: BodyView, units: BodyUnits) -> None:
         """Let go where the body has turned enough, take the next leg where it is still."""
         turned = np.angle(np.exp(1j * (angle_turned(view, 2, 0) - self._angle)))
         self._angle += float(turned)
-        if abs(view.linear_momentum[0]) > STILL * view.mass:
+        if abs(view.linear_momentum[0]) > STILL * units.speed * view.mass:
             self._moved = view.time
         if self._released is None:
             leg = self._legs[0]
             turned_enough = abs(self._angle - self._from) >= leg.turn
-            if turned_enough or view.time - self._begun >= leg.seconds:
+            if turned_enough or view.time - self._begun >= leg.longest:
                 self._released = self._moved = view.time
                 self._heading = 0.0
                 del self._legs[0]
-        elif self._legs and view.time - self._moved >= STILL_TIME:
+        elif self._legs and view.time - self._moved >= STILL_TIME * units.time:
             self._released, self._behind = None, None
             self._from, self._begun = self._angle, view.time
 
-    def _let_go(self, view: BodyView, since: float) -> Goals | None:
+    def _let_go(self, view: BodyView, units: BodyUnits, since: float) -> Goals | None:
         release = self._gains.release
         if since >= LET_GO * release:
             return None
@@ -170,7 +179,7 @@ class Roll:
         return Goals(
             objectives=(),
             patches=self._patches(view),
-            activation=ActivationCost(effort=1.0, change=release / 0.01),
+            activation=ActivationCost(effort=1.0, change=release / units.time),
         )
 
     def _headed(self, view: BodyView, direction: float) -> float:
@@ -209,7 +218,7 @@ class Roll:
         if len(touching):
             return np.asarray(touching)
         heights = view.positions[rim, 2]
-        return np.asarray(rim[heights <= heights.min() + 1e-3])
+        return np.asarray(rim[heights <= heights.min() + LEVEL * BodyUnits.of(view).length])
 
     def _patches(self, view: BodyView) -> tuple[Patch, ...]:
         self._last = clustered_patches(

@@ -8,6 +8,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, angle_turned, region_mean
 from warp_softbody.controllers.patches import ground_patches
@@ -17,29 +18,29 @@ from warp_softbody.world.view import BodyView
 
 @dataclass(frozen=True, kw_only=True)
 class SlideGains:
-    """Gains and weights of leaning against a pull that is not known.
+    """Gains and weights of leaning against an unknown pull, in units of the body (`BodyUnits`).
 
     Only the turning is controlled: on a floor that slips linear momentum is the ground's to give,
     and a plan that asks for it presses and lifts the foot in turn for more friction.
 
     Attributes:
-        tilt: 1/s^2, of the tilt from the one wanted, and of the heading from that at rest.
-        spin: 1/s, decay of angular momentum.
-        learning: 1/s^3, how fast the torque of the pull is learnt from the tilt that is left.
+        tilt: g/L, of the tilt from the one wanted, and of the heading from that at rest.
+        spin: sqrt(g/L), decay of angular momentum.
+        learning: (g/L)^(3/2), how fast the torque of the pull is learnt from the tilt that is left.
         lean: share of the learnt torque that the weight of the leaning body is to balance.
-        furthest: m, bound on how far the centre of mass leans.
-        spin_weight: of the angular momentum, in units of m g dt times 1 m.
+        furthest: L, bound on how far the centre of mass leans.
+        spin_weight: of the angular momentum, in units of m g L dt.
         activation: cost of effort and change.
     """
 
-    tilt: float = 140.0
-    spin: float = 20.0
-    learning: float = 200.0
+    tilt: float = field(default=14.27, metadata=dimension(time=-2.0))
+    spin: float = field(default=6.386, metadata=dimension(time=-1.0))
+    learning: float = field(default=6.509, metadata=dimension(time=-3.0))
     lean: float = 0.6
-    furthest: float = 0.12
+    furthest: float = field(default=0.12, metadata=dimension(length=1.0))
     spin_weight: float = 30.0
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.4, change=12.0)
+        default_factory=lambda: ActivationCost(effort=0.4, change=0.3759)
     )
 
     def __post_init__(self) -> None:
@@ -61,17 +62,22 @@ class Slide:
         head: str = "head",
         patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
-        """Slack until ``start`` seconds; tilt is measured from ``base`` to ``head``."""
+        """Slack until ``start``, sqrt(L/g); tilt is measured from ``base`` to ``head``."""
         self._gains = checks.optional("gains of Slide", gains, SlideGains)
-        self._start = checks.number("start of Slide", start, low=0.0, unit="s")
+        self._start = checks.number("start of Slide", start, low=0.0, unit="sqrt(L/g)")
         self._base = input_kinds.name("base of Slide", base)
         self._head = input_kinds.name("head of Slide", head)
         self._patches = input_kinds.names("patches of Slide", patches)
+        self._units: BodyUnits | None = None
         self._torque = np.zeros(3)
 
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None before the start."""
         view = seen(view)
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+            self._start *= self._units.time
         if view.time < self._start:
             return None
         g = self._gains

@@ -8,6 +8,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import mean_weights
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
@@ -31,23 +32,23 @@ DIAGONAL_PAIRS: Gait = ((0, 3), (1, 2))
 
 @dataclass(frozen=True, kw_only=True)
 class WalkGains:
-    """Gains, weights and timing of walking along x.
+    """Gains, weights and timing of walking along x, in units of the body (`BodyUnits`).
 
     Attributes:
-        stride: m, that the body goes on while every foot is swung once.
-        swing: s, from one lift-off to the next.
-        lift: m, height of a swung foot's lowest node halfway.
+        stride: L, that the body goes on while every foot is swung once.
+        swing: sqrt(L/g), from one lift-off to the next.
+        lift: L, height of a swung foot's lowest node halfway.
         touch_down: share of the swing in which the plan counts on the ground below the foot again.
         sway: how far the centre of mass is moved away from the feet that are about to lift off, as
             a share of its distance from their middle.
-        leash: m, how far the plan may run ahead of the body.
-        position: Kp, 1/s^2, of the centre of mass.
-        velocity: Kd, 1/s, of the same.
-        spin: 1/s, decay of angular momentum.
+        leash: L, how far the plan may run ahead of the body.
+        position: Kp, g/L, of the centre of mass.
+        velocity: Kd, sqrt(g/L), of the same.
+        spin: sqrt(g/L), decay of angular momentum.
         momentum_weight: of the linear momentum, in units of m g dt.
-        spin_weight: of the angular momentum, in units of m g dt times 1 m.
-        foot_position: 1/s, how fast a swung foot comes back to its path.
-        foot_velocity: 1/s, how fast its velocity comes near the one that is wanted.
+        spin_weight: of the angular momentum, in units of m g L dt.
+        foot_position: sqrt(g/L), how fast a swung foot comes back to its path.
+        foot_velocity: sqrt(g/L), how fast its velocity comes near the one that is wanted.
         foot_weight: of a swung foot's velocity, in units of g dt.
         activation: cost of effort and change.
         ease: by how much more than one a change costs at lift-off, as a factor, so that the other
@@ -55,22 +56,22 @@ class WalkGains:
         ease_time: share of the swing after which it costs as usual.
     """
 
-    stride: float = 0.34
-    swing: float = 0.64
-    lift: float = 0.045
+    stride: float = field(default=0.34, metadata=dimension(length=1.0))
+    swing: float = field(default=2.004, metadata=dimension(time=1.0))
+    lift: float = field(default=0.045, metadata=dimension(length=1.0))
     touch_down: float = 0.25
     sway: float = 0.22
-    leash: float = 0.25
-    position: float = 90.0
-    velocity: float = 12.0
-    spin: float = 6.0
+    leash: float = field(default=0.25, metadata=dimension(length=1.0))
+    position: float = field(default=9.174, metadata=dimension(time=-2.0))
+    velocity: float = field(default=3.831, metadata=dimension(time=-1.0))
+    spin: float = field(default=1.916, metadata=dimension(time=-1.0))
     momentum_weight: float = 0.0025
     spin_weight: float = 0.06
-    foot_position: float = 10.0
-    foot_velocity: float = 30.0
+    foot_position: float = field(default=3.193, metadata=dimension(time=-1.0))
+    foot_velocity: float = field(default=9.578, metadata=dimension(time=-1.0))
     foot_weight: float = 0.001
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.08, change=3.0)
+        default_factory=lambda: ActivationCost(effort=0.08, change=0.09396)
     )
     ease: float = 9.0
     ease_time: float = 0.25
@@ -98,14 +99,15 @@ class Walk:
         gains: WalkGains | None = None,
         *,
         gait: Gait,
-        start: float = 0.3,
+        start: float = 0.9396,
         feet: tuple[str, ...] = FEET,
     ) -> None:
-        """Lift the feet of each entry of ``gait`` in turn, from ``start`` seconds on."""
+        """Lift the feet of each entry of ``gait`` in turn, from ``start`` sqrt(L/g) on."""
         self._gains = checks.optional("gains of Walk", gains, WalkGains)
         self._feet = feet = input_kinds.names("feet of Walk", feet)
         self._gait = _checked_gait(gait, len(feet))
-        self._start = checks.number("start of Walk", start, low=0.0, unit="s")
+        self._start = checks.number("start of Walk", start, low=0.0, unit="sqrt(L/g)")
+        self._units: BodyUnits | None = None
         self._origin = np.zeros(3)
         self._home: FloatArray | None = None
         self._left = np.zeros((len(feet), 3))
@@ -113,7 +115,12 @@ class Walk:
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
-        g, view = self._gains, seen(view)
+        view = seen(view)
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+            self._start *= self._units.time
+        g = self._gains
         feet = _FeetNow(view, self._feet)
         home = self._stand(view, feet)
         phase, share = self._time(view.time)
@@ -216,7 +223,7 @@ class Walk:
         way = speed + g.foot_position * (place - feet.lowest[foot])
         soon = now + view.time_step * g.foot_velocity * (way - now)
         unit = objectives.weight_of(view) / view.mass * view.time_step
-        return objectives.velocity(view, weights, soon, g.foot_weight / unit**2)
+        return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit)
 
     def _activation(self, phase: int, share: float) -> ActivationCost:
         g = self._gains

@@ -68,11 +68,11 @@ def test_tilt_and_when_it_is_over() -> None:
 
 def test_distance_from_the_path_of_the_exercise() -> None:
     turns, ways = still()
-    path = [exercise_h.PATH.at(max(0.0, time - exercise_h.START))[0] for time in TIMES]
-    ways[:, 0] = path
+    path, start = exercise_h.path_in_si(scenes.make("exercise-h").scene)
+    ways[:, 0] = [path.at(max(0.0, time - start))[0] for time in TIMES]
     # off from the first half period on; what comes before it does not count
-    off = TIMES > exercise_h.START + 0.5 * exercise_h.PATH.period
-    ways[:, 0] += np.where(off, 0.1 * exercise_h.PATH.amplitude, 0.0)
+    off = TIMES > start + 0.5 * path.period
+    ways[:, 0] += np.where(off, 0.1 * path.amplitude, 0.0)
     swaying = track("exercise-h", turns, ways)
     assert value("sway_error", swaying) == pytest.approx(0.1)
     assert value("swing", swaying) == pytest.approx(0.5 * np.ptp(ways[:, 0]))

@@ -158,6 +158,8 @@ def control() -> Samples:
     linear: dict[str, Any] = {"Q": np.eye(2), "c": np.ones(2)}
     found: Samples = {
         "ActivationCost": (controllers.ActivationCost, {}),
+        "BodyUnits": (controllers.BodyUnits, {"length": 1.0, "time": 0.3}),
+        "BodyUnits.of_scene": (controllers.BodyUnits.of_scene, {"scene": scene()}),
         "ContactQPCC": (controllers.ContactQPCC, contact_problem()),
         "Goals": (controllers.Goals, {"objectives": (objective,)}),
         "Leg": (controllers.Leg, {"direction": 1.0, "turn": 1.0}),

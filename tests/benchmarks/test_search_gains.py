@@ -29,7 +29,7 @@ from warp_softbody.run.simulation import Simulation
 
 P = ParamSpec("P")
 T = TypeVar("T")
-RANGES = {"position": Range(20.0, 80.0, log=True), "activation.effort": Range(0.005, 0.05)}
+RANGES = {"position": Range(2.0, 8.0, log=True), "activation.effort": Range(0.005, 0.05)}
 CASE = replace(CASES["balance-i"], ranges=RANGES)
 MEMBERS = family("balance-i", ["as shipped", "dt x 2", "push=0.5"])
 BOUNDS = {one.name: one for one in (*CRITERIA["balance-i"], *SOUND)}
@@ -70,7 +70,7 @@ def test_it_finds_a_known_minimum() -> None:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, str]]:
-    """Runs made up: only `dt x 2` falls, the sooner the further the gain is from 40."""
+    """Runs made up: only `dt x 2` falls, the sooner the further the gain is from 4."""
     pytest.importorskip("cmaes")
     asked: list[tuple[float, str]] = []
 
@@ -79,7 +79,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, str]]:
     ) -> Trial:
         asked.append((gains["position"], member.name))
         if member.name == "dt x 2":
-            return Trial(values={}, lasted=6.0 - abs(gains["position"] - 40.0) / 20.0)
+            return Trial(values={}, lasted=6.0 - abs(gains["position"] - 4.0) / 2.0)
         return Trial(values={name: one.bound for name, one in BOUNDS.items()}, lasted=6.0)
 
     monkeypatch.setattr(searching, "make_trial", made)
@@ -107,10 +107,10 @@ def test_a_draw_that_is_worse_than_the_best_is_given_up(asked: list[tuple[float,
         assert draw.whole or draw.cost > min(other.cost for other in draws[: draw.number])
     assert any(not draw.whole for draw in draws)
     assert len(asked) == sum(len(draw.costs) for draw in draws)
-    # of all draws the one with the gain nearest to 40 is best, and was run in every member
+    # of all draws the one with the gain nearest to 4 is best, and was run in every member
     best = min(draws, key=lambda draw: draw.cost)
     assert best.whole
-    assert abs(best.gains["position"] - 40.0) == min(abs(d.gains["position"] - 40.0) for d in draws)
+    assert abs(best.gains["position"] - 4.0) == min(abs(d.gains["position"] - 4.0) for d in draws)
 
 
 def test_a_stopped_search_goes_on(asked: list[tuple[float, str]], tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ from warp_softbody.world.scene import Scene
 from warp_softbody.world.view import BodyView
 
 DT = 0.01
-LOOSE = ActivationCost(effort=1e-6, change=1e-3)
+LOOSE = ActivationCost(effort=1e-6, change=3e-5)
 QUARTERS = tuple(f"quarter_{index}" for index in range(4))
 
 
@@ -134,11 +134,11 @@ def test_built_objective_is_the_weighted_squares_plus_the_costs() -> None:
         objectives.velocity(view, between(view), np.array([0.1, 0.2, -0.5]), [1.0, 2.0, 3.0]),
         objectives.linear_momentum(view, np.array([1.0, 2.0, 3.0]), 0.7),
     )
-    cost = ActivationCost(effort=0.3, change=2.0)
+    cost = ActivationCost(effort=0.3, change=0.2)
     goals = Goals(objectives=wanted, patches=ground_patches(view, QUARTERS), activation=cost)
     rows = np.concatenate([o.rows for o in wanted] + [p.rows() for p in goals.patches])
     problem = exact_dynamics(body, row_capacity=32).solve(rows)
-    qpcc = build_qpcc(goals, problem, before, DT)
+    qpcc = build_qpcc(goals, problem, before, DT, time_unit=0.1)
     for seed in range(5):
         rng = np.random.default_rng(seed)
         a = rng.uniform(0.5, 1.0, len(before))
@@ -151,7 +151,7 @@ def test_built_objective_is_the_weighted_squares_plus_the_costs() -> None:
         weight = np.concatenate([o.weight for o in wanted])
         expected = float(weight @ (reached[:6] - target) ** 2)
         expected += 0.3 * float(((a - 1.0) ** 2).mean())
-        expected += 2.0 * float(((a - before) ** 2).mean())  # 0.01 s / DT is one
+        expected += 2.0 * float(((a - before) ** 2).mean())  # 0.2 time units over a tenth of one
         assert qpcc.objective(a, f) == pytest.approx(expected, rel=1e-9)
         gaps = np.zeros((4, 3))
         gaps[:, 0] = [patch.gap / DT for patch in goals.patches]
@@ -172,7 +172,7 @@ def test_built_contacts_have_the_patches_friction() -> None:
     goals = Goals(objectives=(), patches=patches, activation=LOOSE)
     rows = np.concatenate([patch.rows() for patch in patches])
     problem = exact_dynamics(body, row_capacity=32).solve(rows)
-    qpcc = build_qpcc(goals, problem, view.activations, DT)
+    qpcc = build_qpcc(goals, problem, view.activations, DT, time_unit=0.1)
     np.testing.assert_array_equal(qpcc.factors, [patch.factors for patch in patches])
     np.testing.assert_array_equal(qpcc.friction, [0.3, 0.0])
 
@@ -187,17 +187,18 @@ def test_a_step_s_problem_passes_the_checks_that_it_is_spared(regions: tuple[str
     goals = Goals(objectives=(wanted,), patches=patches, activation=LOOSE)
     rows = np.concatenate([wanted.rows, *(patch.rows() for patch in patches)])
     problem = Bridge(body.stepper, row_capacity=32).solve(rows)
-    qpcc = build_qpcc(goals, problem, view.activations, DT)
+    qpcc = build_qpcc(goals, problem, view.activations, DT, time_unit=0.1)
     held = {entry.name: getattr(qpcc, entry.name) for entry in fields(ContactQPCC)}
     assert ContactQPCC(**held) == qpcc
     assert not any(value.flags.writeable for value in held.values() if np.ndim(value))
     with np.errstate(all="ignore"), pytest.raises(InputError, match="finite"):
         endless = replace(problem, muscle_map=np.full_like(problem.muscle_map, 1e200))
-        build_qpcc(goals, endless, view.activations, DT)
+        build_qpcc(goals, endless, view.activations, DT, time_unit=0.1)
     if patches:
         none = replace(patches[0], factors=np.zeros(8))
         with pytest.raises(InputError, match="factors must be positive"):
-            build_qpcc(replace(goals, patches=(none, *patches[1:])), problem, view.activations, DT)
+            spoilt = replace(goals, patches=(none, *patches[1:]))
+            build_qpcc(spoilt, problem, view.activations, DT, time_unit=0.1)
 
 
 def test_decision_in_flight_is_the_bounded_least_squares_answer() -> None:

@@ -14,7 +14,7 @@ from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers import objectives
 from warp_softbody.errors import InputError
 from warp_softbody.world.ground import Plane
-from warp_softbody.world.scene import Scene
+from warp_softbody.world.scene import STANDARD_GRAVITY, Scene
 from warp_softbody.world.view import BodyView
 
 DT = 0.01
@@ -90,9 +90,10 @@ def test_base_row_is_the_gradient_of_the_projected_area(
         return np.asarray(0.5 * np.abs(np.cross(b - a, c - a) @ axis).sum())
 
     objective = objectives.base_area(view, triangles, growth=0.02, weight=3.0)
-    found = objective.rows @ view.velocities.ravel() * area(view.positions)
+    unit = np.sqrt(np.ptp(character.mesh.points, axis=0).max() / STANDARD_GRAVITY)
+    found = objective.rows @ view.velocities.ravel() * area(view.positions) / unit
     np.testing.assert_allclose(found, rate_of(area, view), rtol=1e-7)
-    np.testing.assert_allclose(objective.target, 0.02, rtol=1e-12)
+    np.testing.assert_allclose(objective.target, 0.02 * unit, rtol=1e-12)
     np.testing.assert_array_equal(objective.weight, [3.0])
 
 
@@ -137,11 +138,19 @@ def test_position_and_velocity_objectives(kind: str) -> None:
     }[kind]
     goal, factor = np.array([0.3, -0.2, 0.5]), np.array([1.0, 4.0, 0.0])
     after = np.random.default_rng(8).standard_normal(view.positions.shape)
+    length = float(np.ptp(view.scene.character.mesh.points, axis=0).max())
     found = cost(objectives.position(view, weights, goal, factor), after)
     miss = weights @ (view.positions + DT * after) - goal
-    assert found == pytest.approx(float(factor @ miss**2), rel=1e-10)
+    assert found == pytest.approx(float(factor @ (miss / length) ** 2), rel=1e-10)
+    assert cost(objectives.position(view, weights, goal, factor, unit=1.0), after) == (
+        pytest.approx(float(factor @ miss**2), rel=1e-10)
+    )
     found = cost(objectives.velocity(view, weights, goal, factor), after)
-    assert found == pytest.approx(float(factor @ (weights @ after - goal) ** 2), rel=1e-10)
+    miss = weights @ after - goal
+    assert found == pytest.approx(float(factor @ miss**2) / (STANDARD_GRAVITY * length), rel=1e-10)
+    assert cost(objectives.velocity(view, weights, goal, factor, unit=2.0), after) == (
+        pytest.approx(float(factor @ miss**2) / 4.0, rel=1e-10)
+    )
 
 
 def test_bad_goals_are_named() -> None:

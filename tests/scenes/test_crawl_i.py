@@ -104,13 +104,20 @@ def view_at(time: float, *, tail: float = 0.0, speed: float = 0.0) -> BodyView:
 TAIL, HEAD = slice(0, 2), slice(2, 4)
 
 
+UNIT = 9.81**-0.5
+"""s, of time for a letter of a metre."""
+
+
 def wanted(goals: Goals) -> FloatArray:
     """Velocities of the four corners, (4, 3) m/s."""
-    return np.array([corner.target for corner in goals.objectives[:4]])
+    return np.asarray([corner.target / UNIT for corner in goals.objectives[:4]])
 
 
 def test_one_end_holds_while_the_other_goes_ahead() -> None:
-    crawl = Crawl(CrawlGains(stride=0.1, pull_time=0.4, push_time=0.8), start=0.5)
+    crawl = Crawl(
+        CrawlGains(stride=0.1, pull_time=0.4 / UNIT, push_time=0.8 / UNIT, follow=10.0 * UNIT),
+        start=0.5 / UNIT,
+    )
     # Half way a step of the fifth degree, at rest and without acceleration at its ends, is steepest
     # with 15/8 of its way in its time, and an end that is still at rest is behind by half of it.
     crawl.goals(view_at(0.0))
@@ -133,7 +140,7 @@ def test_one_end_holds_while_the_other_goes_ahead() -> None:
 
 def test_an_end_that_is_to_hold_comes_gently_to_a_stop() -> None:
     """The velocity wanted of it is its own at first, and then falls with its distance to go."""
-    crawl = Crawl(CrawlGains(pull_time=0.4, follow=10.0), start=0.5)
+    crawl = Crawl(CrawlGains(pull_time=0.4 / UNIT, follow=10.0 * UNIT), start=0.5 / UNIT)
     crawl.goals(view_at(0.0))
     crawl.goals(view_at(0.5))
     push = crawl.goals(view_at(0.9, tail=0.06, speed=0.2))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from warp_softbody.body.material import Material
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
 
-STRENGTH = 4e5
-"""Pa, of upright letters."""
+STRENGTH = 0.8
+"""E, of upright letters."""
 
-STRENGTH_TO_BEND = 8e5
-"""Pa, of letters that lift parts of themselves by bending."""
+STRENGTH_TO_BEND = 1.6
+"""E, of letters that lift parts of themselves by bending."""
 
 KERNEL_WIDTH = 0.12
 """m, of every group but those whose fibres lie closer together than this."""
@@ -22,7 +23,8 @@ QUADRANTS = ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 def group(
     name: str, *fibers: Fiber, strength: float = STRENGTH, kernel_width: float = KERNEL_WIDTH
 ) -> MuscleGroup:
-    """Fibres of one kind that share the tets between them."""
+    """Fibres of one kind that share the tets between them; their strength in E of the letters."""
+    strength *= Material().young_modulus
     return MuscleGroup(fibers=fibers, strength=strength, kernel_width=kernel_width, name=name)
 
 

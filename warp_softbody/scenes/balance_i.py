@@ -14,17 +14,17 @@ from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
 GAINS = BalanceGains(
-    position=45.0,  # 1/s^2
-    velocity=7.0,  # 1/s
-    spin=8.0,  # 1/s
-    crouch=1.1,  # m per m
+    position=4.587,  # g/L
+    velocity=2.235,  # sqrt(g/L)
+    spin=2.554,  # sqrt(g/L)
+    crouch=1.1,  # of the offset
     momentum_weight=1.0,  # of rows in m g dt
-    spin_weight=38.0,  # of rows in m g dt times 1 m
-    base_weight=0.018,  # s^2
-    base_rate=4.0,  # 1/(m s)
-    activation=ActivationCost(effort=0.015, change=0.35),
+    spin_weight=38.0,  # of rows in m g L dt
+    base_weight=0.1766,  # of rows in sqrt(g/L)
+    base_rate=1.277,  # sqrt(g/L)/L
+    activation=ActivationCost(effort=0.015, change=0.01096),
     relax=20.0,
-    relax_within=0.08,  # m
+    relax_within=0.08,  # L
 )
 """Found with the QPCC alone, at nu = 0.45: the rounded middle of the eight best of 70 random draws
 at a push of 0.48 body weights, around the best of 90 wider draws at 0.42; the relaxing by hand."""

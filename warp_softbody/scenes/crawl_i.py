@@ -15,16 +15,16 @@ from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
 EARTHWORM = CrawlGains(
-    stride=0.145,  # m
-    activation=ActivationCost(effort=1.0, change=40.0),
+    stride=0.145,  # L
+    activation=ActivationCost(effort=1.0, change=1.253),
 )
 INCHWORM = CrawlGains(
-    stride=0.46,  # m, more than it reaches
-    arch=0.3,  # m, likewise
-    follow=7.0,  # 1/s
+    stride=0.46,  # L, more than it reaches
+    arch=0.3,  # L, likewise
+    follow=2.235,  # sqrt(g/L)
     ground_weight=0.0,  # the ends stand on their edges
-    middle_weight=0.5,
-    activation=ActivationCost(effort=1.0, change=20.0),
+    middle_weight=0.256,  # sqrt(L/g)
+    activation=ActivationCost(effort=1.0, change=0.6264),
 )
 """Both by hand, in some forty runs of 4 s each; checked on another mesh, with friction and
 stiffness 20 % up and down, and half the time step."""
@@ -32,9 +32,9 @@ stiffness 20 % up and down, and half the time step."""
 INCHWORM_DAMPING = 0.1
 """s, twice the usual: with that the ends slip back by 13 % of their way at half the time step."""
 
-EARTHWORM_STRENGTH = (1.2e6, 4e5)
-INCHWORM_STRENGTH = (2.4e6, 2e5)
-"""Pa, of the longitudinal and of the radial muscles. An arch is what stronger lower strands make; a
+EARTHWORM_STRENGTH = (2.4, 0.8)
+INCHWORM_STRENGTH = (4.8, 0.4)
+"""E, of the longitudinal and of the radial muscles. An arch is what stronger lower strands make; a
 strong radial muscle would lengthen the body against them, and change its volume."""
 
 FORWARD = DirectionalFriction(region="belly", factors=(1.0, 1.0, 10.0, 1.0))
@@ -43,14 +43,14 @@ FORWARD = DirectionalFriction(region="belly", factors=(1.0, 1.0, 10.0, 1.0))
 FRICTION = replace(PUSH_SETTINGS[-1], default=0.2)
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 SETTINGS = (PUSH, PUSH_SETTINGS[1], FRICTION)
-START = 0.5  # s
+START = 1.566  # sqrt(L/g)
 
 
 def crawling_letter(strengths: tuple[float, float]) -> Character:
-    """Flat letter I with muscles of these strengths (longitudinal, radial) and a rough belly."""
+    """Flat letter I with muscles of strengths in E (longitudinal, radial) and a rough belly."""
     letter = letter_i_flat()
     muscles = tuple(
-        replace(group, strength=strength)
+        replace(group, strength=strength * letter.material.young_modulus)
         for group, strength in zip(letter.muscles, strengths, strict=True)
     )
     material = replace(letter.material, volume="exact")

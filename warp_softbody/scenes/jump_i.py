@@ -14,42 +14,42 @@ from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
-STRENGTH = 1.75e6
-"""Pa: muscles can only pull, so a jump is what a crouched body does when it lets go, and its height
+STRENGTH = 3.5
+"""E: muscles can only pull, so a jump is what a crouched body does when it lets go, and its height
 is set by how far the muscles can crouch it."""
 
-STRENGTH_IN_PLACE = 1.15e6  # Pa, for which a crouch changes the volume by 3.5 %
+STRENGTH_IN_PLACE = 2.3  # E, for which a crouch changes the volume by 3.5 %
 POISSON_RATIO = 0.476
 STIFFNESS_DAMPING = 0.035  # s, of a body that springs
 
 LANDING = BalanceGains(
-    position=20.0,  # 1/s^2
-    velocity=6.1,  # 1/s
-    crouch=0.38,  # m per m
+    position=2.039,  # g/L
+    velocity=1.948,  # sqrt(g/L)
+    crouch=0.38,  # of the offset
     momentum_weight=0.05,  # of rows in m g dt
-    spin_weight=1.5,  # of rows in m g dt times 1 m
+    spin_weight=1.5,  # of rows in m g L dt
     base_weight=0.0,  # widening and momentum at such weights end in a sway that does not stop
-    activation=ActivationCost(effort=0.015, change=3.5),
+    activation=ActivationCost(effort=0.015, change=0.1096),
     relax=40.0,
-    relax_within=0.15,  # m
+    relax_within=0.15,  # L
 )
 
 FORWARD = JumpGains(
-    depth=0.215,  # m
-    lean=(0.15, 0.0),  # m
+    depth=0.215,  # L
+    lean=(0.15, 0.0),  # L
     pitch=1.0,  # rad
-    crouch_time=0.63,  # s
-    launch=(2.5, 0.0, 3.1),  # m/s, more than it reaches
-    push=22.5,  # 1/s
-    rise=0.01,  # s
-    position=120.0,  # 1/s^2
-    velocity=16.0,  # 1/s
-    spin=4.9,  # 1/s
+    crouch_time=1.973,  # sqrt(L/g)
+    launch=(0.7982, 0.0, 0.9897),  # sqrt(g L), more than it reaches
+    push=7.184,  # sqrt(g/L)
+    rise=0.03132,  # sqrt(L/g)
+    position=12.23,  # g/L
+    velocity=5.108,  # sqrt(g/L)
+    spin=1.564,  # sqrt(g/L)
     momentum_weight=0.033,  # of rows in m g dt
-    spin_weight=0.5,  # of rows in m g dt times 1 m
-    reach=(0.074, 0.0, -0.52),  # m
-    reach_weight=0.54,  # s^2/m^2
-    activation=ActivationCost(effort=0.022, change=0.7),
+    spin_weight=0.5,  # of rows in m g L dt
+    reach=(0.074, 0.0, -0.52),  # L
+    reach_weight=5.297,  # of rows in sqrt(g L)
+    activation=ActivationCost(effort=0.022, change=0.02192),
     landing=LANDING,
     ease=2.2,
 )
@@ -57,18 +57,18 @@ FORWARD = JumpGains(
 friction, stiffness and strength 20 % off. A body bent forward as it crouches is flung forward."""
 
 IN_PLACE = JumpGains(
-    depth=0.25,  # m
-    crouch_time=0.64,  # s
-    launch=(0.0, 0.0, 2.9),  # m/s
-    push=28.0,  # 1/s
-    rise=0.03,  # s
-    spin=6.5,  # 1/s
+    depth=0.25,  # L
+    crouch_time=2.004,  # sqrt(L/g)
+    launch=(0.0, 0.0, 0.9259),  # sqrt(g L)
+    push=8.94,  # sqrt(g/L)
+    rise=0.09396,  # sqrt(L/g)
+    spin=2.075,  # sqrt(g/L)
     momentum_weight=0.042,  # of rows in m g dt
-    spin_weight=2.2,  # of rows in m g dt times 1 m
-    reach=(0.0, 0.0, -0.53),  # m
-    reach_weight=0.48,  # s^2/m^2
-    activation=ActivationCost(effort=0.025, change=6.0),
-    landing=replace(LANDING, position=28.0, velocity=7.7, crouch=0.47),
+    spin_weight=2.2,  # of rows in m g L dt
+    reach=(0.0, 0.0, -0.53),  # L
+    reach_weight=4.709,  # of rows in sqrt(g L)
+    activation=ActivationCost(effort=0.025, change=0.1879),
+    landing=replace(LANDING, position=2.854, velocity=2.458, crouch=0.47),
     ease=2.0,
 )
 """By hand from a draw for the jump forward; shallow: no variant changes the volume by 5 %."""
@@ -76,13 +76,14 @@ IN_PLACE = JumpGains(
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 PUSH_SECONDS = PUSH_SETTINGS[1]
-START = 0.5  # s
-START_AFTER_PUSH = 1.0  # s
+START = 1.566  # sqrt(L/g)
+START_AFTER_PUSH = 3.132  # sqrt(L/g)
 
 
 def jumping_letter(strength: float = STRENGTH) -> Character:
-    """Letter I with stronger muscles, less damping and a volume that hardly changes."""
+    """Letter I with muscles of a strength in E, less damping and a volume that hardly changes."""
     letter = letter_i()
+    strength *= letter.material.young_modulus
     return replace(
         letter,
         material=replace(
@@ -105,7 +106,7 @@ def _scene(values: Values, strength: float) -> Scene:
 
 
 def start(values: Values) -> float:
-    """When the first jump begins, s: after the push at the head, where there is one."""
+    """When the first jump begins, sqrt(L/g): after the push at the head, where there is one."""
     return START_AFTER_PUSH if values["push"] else START
 
 

@@ -14,30 +14,30 @@ from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
-STRENGTH = 9.6e5  # Pa
+STRENGTH = 1.92  # E
 POISSON_RATIO = 0.48
 STIFFNESS_DAMPING = 0.04  # s
 
 TWIST = JumpGains(
-    depth=0.2,  # m
+    depth=0.2,  # L
     wind=-1.2,  # rad
-    crouch_time=0.54,  # s
-    launch=(0.0, 0.0, 3.0),  # m/s
-    push=29.0,  # 1/s
-    spin=7.2,  # 1/s
-    turn=0.5,  # m g times 1 m
+    crouch_time=1.691,  # sqrt(L/g)
+    launch=(0.0, 0.0, 0.9578),  # sqrt(g L)
+    push=9.259,  # sqrt(g/L)
+    spin=2.299,  # sqrt(g/L)
+    turn=0.5,  # m g L
     momentum_weight=0.05,  # of rows in m g dt
-    spin_weight=2.2,  # of rows in m g dt times 1 m
-    reach=(0.0, 0.0, -0.55),  # m
-    activation=ActivationCost(effort=0.015, change=0.75),
+    spin_weight=2.2,  # of rows in m g L dt
+    reach=(0.0, 0.0, -0.55),  # L
+    activation=ActivationCost(effort=0.015, change=0.02349),
     landing=replace(
         LANDING,
-        position=30.0,
-        velocity=9.0,
+        position=3.058,  # g/L
+        velocity=2.873,  # sqrt(g/L)
         spin_weight=3.0,
-        activation=ActivationCost(effort=0.08, change=3.5),
+        activation=ActivationCost(effort=0.08, change=0.1096),
         relax=160.0,
-        relax_within=0.2,  # m
+        relax_within=0.2,  # L
     ),
     ease=2.0,
 )
@@ -51,6 +51,7 @@ PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 def twisting_letter() -> Character:
     """Letter T with stronger muscles and less damping."""
     letter = letter_t()
+    strength = STRENGTH * letter.material.young_modulus
     return replace(
         letter,
         material=replace(
@@ -59,7 +60,7 @@ def twisting_letter() -> Character:
             poisson_ratio=POISSON_RATIO,
             stiffness_damping=STIFFNESS_DAMPING,
         ),
-        muscles=tuple(replace(group, strength=STRENGTH) for group in letter.muscles),
+        muscles=tuple(replace(group, strength=strength) for group in letter.muscles),
     )
 
 

@@ -15,19 +15,19 @@ from warp_softbody.scenes.pushes import PUSH_SETTINGS
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
-STRENGTH = 1.3e6  # Pa
+STRENGTH = 2.6  # E
 STIFFNESS_DAMPING = 0.09  # s, which brings it to rest in 5 s
 
 GAINS = RollGains(
-    lead=0.14,  # m
-    position=27.0,  # 1/s^2
-    velocity=1.0,  # 1/s
-    spin=0.29,  # m g times 1 m
-    top_speed=1.8,  # m/s
-    follow=0.083,  # s
-    spin_weight=0.02,  # of rows in m g dt times 1 m
+    lead=0.14,  # L
+    position=2.752,  # g/L
+    velocity=0.3193,  # sqrt(g/L)
+    spin=0.29,  # m g L
+    top_speed=0.5747,  # sqrt(g L)
+    follow=0.26,  # sqrt(L/g)
+    spin_weight=0.02,  # of rows in m g L dt
     momentum_weight=0.027,  # of rows in m g dt
-    activation=ActivationCost(effort=0.031, change=5.2),
+    activation=ActivationCost(effort=0.031, change=0.1629),
 )
 """Near the second best of 60 random draws of roll-o (benchmarks/gains/command.py, seed 1), kept
 because it rolls with friction, stiffness and strength 20 % up and down, half the time step and
@@ -44,7 +44,8 @@ PATCHES = Setting(
 def rolling_letter() -> Character:
     """Letter O with stronger muscles, more damping and a volume that hardly changes."""
     letter = letter_o()
-    muscles = tuple(replace(group, strength=STRENGTH) for group in letter.muscles)
+    strength = STRENGTH * letter.material.young_modulus
+    muscles = tuple(replace(group, strength=strength) for group in letter.muscles)
     material = replace(letter.material, volume="exact", stiffness_damping=STIFFNESS_DAMPING)
     return replace(letter, material=material, muscles=muscles)
 

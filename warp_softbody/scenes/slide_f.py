@@ -17,13 +17,13 @@ from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import STANDARD_GRAVITY, Push, Scene
 
 GAINS = SlideGains(
-    tilt=140.0,  # 1/s^2
-    spin=20.0,  # 1/s
-    learning=200.0,  # 1/s^3
+    tilt=14.27,  # g/L
+    spin=6.386,  # sqrt(g/L)
+    learning=6.509,  # (g/L)^(3/2)
     lean=0.6,
-    furthest=0.12,  # m
-    spin_weight=30.0,  # of rows in m g dt times 1 m
-    activation=ActivationCost(effort=0.4, change=12.0),
+    furthest=0.12,  # L
+    spin_weight=30.0,  # of rows in m g L dt
+    activation=ActivationCost(effort=0.4, change=0.3759),
 )
 """By hand, in some sixty runs: on another mesh, with friction and stiffness 20 % up or down, half
 the step, a pull of 0.3 body weights and pushes. A plan for the momentum too chatters even at rest
@@ -33,7 +33,7 @@ PULL_START = 0.5  # s
 PULL_GROWS = 2.5  # s
 PULL_FADES = 0.5  # s
 PULL_PIECE = 0.05  # s, of constant force
-DELAY = 0.3  # s
+DELAYED_START = 2.505  # sqrt(L/g): 0.3 s after the pull begins
 
 RIM = tuple(f"rim_{i}" for i in range(4))
 
@@ -95,7 +95,7 @@ def build_left(values: Values) -> tuple[Scene, Slide]:
 
 def build_delayed(values: Values) -> tuple[Scene, Slide]:
     """Pulled along +x, limp until the pull has acted for a while."""
-    return _build(values, 1.0, PULL_START + DELAY)
+    return _build(values, 1.0, DELAYED_START)
 
 
 PULL = Setting(

@@ -17,28 +17,28 @@ STIFFNESS = 9e5
 """Pa: at 0.5 MPa the middle comes down to 0.06 m above the ground while two limbs carry it, and the
 total volume changes by 6 %."""
 
-STRENGTH = 1e6  # Pa, to bend limbs that are as stiff as this
+STRENGTH = 1.111  # E, to bend limbs that are as stiff as this
 
 SLOW = WalkGains(
-    stride=0.34,  # m
-    swing=0.45,  # s
-    lift=0.045,  # m
+    stride=0.34,  # L
+    swing=1.409,  # sqrt(L/g)
+    lift=0.045,  # L
     sway=0.26,  # of the distance from the feet
-    position=60.0,  # 1/s^2
-    velocity=12.0,  # 1/s
-    spin=6.0,  # 1/s
+    position=6.116,  # g/L
+    velocity=3.831,  # sqrt(g/L)
+    spin=1.916,  # sqrt(g/L)
     momentum_weight=0.0025,  # of rows in m g dt
-    spin_weight=0.06,  # of rows in m g dt times 1 m
-    foot_position=10.0,  # 1/s
-    foot_velocity=30.0,  # 1/s
+    spin_weight=0.06,  # of rows in m g L dt
+    foot_position=3.193,  # sqrt(g/L)
+    foot_velocity=9.578,  # sqrt(g/L)
     foot_weight=0.001,  # of rows in g dt
-    activation=ActivationCost(effort=0.08, change=3.0),
+    activation=ActivationCost(effort=0.08, change=0.09396),
 )
 """By hand, near the best of 97 random draws of both gaits by the share of node accelerations that
 change sign; checked with friction, strength and stiffness 20 % up and down and half the time step.
 The weights are small beside the costs of activation, as walking smoothly needs."""
 
-FAST = replace(SLOW, swing=0.64, position=90.0)
+FAST = replace(SLOW, swing=2.004, position=9.174)
 
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
@@ -51,7 +51,7 @@ def walking_letter() -> Character:
     return replace(
         letter,
         material=replace(letter.material, young_modulus=STIFFNESS, volume="exact"),
-        muscles=tuple(replace(group, strength=STRENGTH) for group in letter.muscles),
+        muscles=tuple(replace(group, strength=STRENGTH * STIFFNESS) for group in letter.muscles),
     )
 
 

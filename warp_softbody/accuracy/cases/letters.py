@@ -55,9 +55,9 @@ def upright_again(track: Track) -> float:
 
 def sway_error(track: Track) -> float:
     """Largest distance from the wanted path after its first half period, over the amplitude."""
-    path = exercise_h.PATH
+    path, start = exercise_h.path_in_si(track.scene)
     moved = track.centers[:, 0] - track.centers[0, 0]
-    times = track.times - exercise_h.START
+    times = track.times - start
     wanted = np.array([path.at(max(0.0, float(time)))[0] for time in times])
     apart = np.abs(moved - wanted)[times > 0.5 * path.period - 1e-6]
     return float(apart.max(initial=0.0) / path.amplitude)
