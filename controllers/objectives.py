@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.body_units import LEAST_GRAVITY, BodyUnits
-from warp_softbody.controllers.patches import contact_frame
+from warp_softbody.controllers.contact_frames import contact_frame
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import Value

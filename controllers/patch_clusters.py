@@ -1,9 +1,8 @@
 """Patches of characters without named ones: parts of the surface, whichever touch or come nearest.
 
 The surface, or a region of it, is divided once, in the rest shape, into parts of about equal size;
-a patch is the touching nodes of a part. So a patch keeps its identity from step to step, and while
-its nodes stay the same its point moves as they do. Nodes count by the area of the surface around
-them, projected on the ground.
+a patch is what of a part is near the ground. So a patch keeps its identity from step to step, and
+nodes count in it as in that of a named region (`contact_quadrature`).
 """
 
 from __future__ import annotations
@@ -14,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody.arrays import FloatArray, cross_rows
+from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.controllers.patches import Group, Patch, patches_of
+from warp_softbody.controllers.contact_quadrature import NearSurface, measure, rest_areas
+from warp_softbody.controllers.patches import Patch, patches_of
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.inputs.records import unchecked_copy
-from warp_softbody.world.ground import Ground
 from warp_softbody.world.view import BodyView
 
 IntArray = npt.NDArray[np.int32]
@@ -28,9 +27,6 @@ Labels = npt.NDArray[np.intp]
 
 PARTS_A_PATCH = 8
 """Parts of a whole surface for each patch: about an eighth of a round body touches at a time."""
-
-UPRIGHT_SHARE = 0.01
-"""Least share of its area with which a node counts, so that a vertical face still has a mean."""
 
 SWEEPS = 100
 """Of k-means, which ends long before."""
@@ -44,15 +40,6 @@ class Partition(NamedTuple):
     middles: FloatArray
 
 
-class _Ground(NamedTuple):
-    """What is known of the partition's nodes in this step."""
-
-    gaps: FloatArray
-    normals: FloatArray
-    areas: FloatArray
-    touching: npt.NDArray[np.bool_]
-
-
 def clustered_patches(
     view: BodyView,
     *,
@@ -63,10 +50,10 @@ def clustered_patches(
 ) -> tuple[Patch, ...]:
     """At most ``count`` patches of the character; none where the scene has no ground.
 
-    Parts that touch come first, then the nearest to the ground, of which the lowest node stands for
-    the part. Where more parts touch than there are patches, those stay that were patches before,
-    others come by their distance from these, and the rest lend their nodes to the nearest chosen
-    one. Patches are ordered by ``Patch.part``.
+    Parts that touch come first, then the nearest to the ground. Where more parts touch than there
+    are patches, those stay that were patches before, and others come by their distance from these.
+    The other parts lend their nodes to the nearest chosen one. Patches are ordered by
+    ``Patch.part``.
 
     Args:
         view: of this step.
@@ -93,9 +80,15 @@ def clustered_patches(
         raise InputError(f"patch region {region!r} holds no nodes")
     wanted = parts or (count if region is not None else PARTS_A_PATCH * count)
     division = partition(character.mesh, nodes.astype(np.int32).tobytes(), min(wanted, len(nodes)))
-    here = _measure(view, ground, division.nodes)
-    chosen = _choose(division, here, count, [patch.part for patch in last])
-    return _patches(view, ground, division, here, chosen)
+    near = measure(view, ground, division.nodes)
+    touching = view.touching[division.nodes]
+    chosen = _choose(division, near, touching, count, [patch.part for patch in last])
+    owners = _owners(division, chosen)
+    patches = patches_of(view, ground, [near.part(owners == part) for part in chosen])
+    return tuple(
+        unchecked_copy(patch, part=part)
+        for patch, part in zip(patches, chosen.tolist(), strict=True)
+    )
 
 
 @lru_cache(maxsize=8)
@@ -107,7 +100,7 @@ def partition(mesh: TetMesh, nodes: bytes, parts: int) -> Partition:
     """
     chosen = np.frombuffer(nodes, np.int32)
     points = mesh.points[chosen]
-    weights = _areas(mesh, _crosses(mesh, mesh.points), len(mesh.points))[chosen]
+    weights = rest_areas(mesh, nodes)
     middles = points[_spread(points, parts)]
     labels = np.full(len(points), -1)
     for _ in range(SWEEPS):
@@ -122,98 +115,40 @@ def partition(mesh: TetMesh, nodes: bytes, parts: int) -> Partition:
 
 
 def _choose(
-    division: Partition, here: _Ground, count: int, last: list[int | None]
-) -> npt.NDArray[np.intp]:
+    division: Partition,
+    near: NearSurface,
+    touching: npt.NDArray[np.bool_],
+    count: int,
+    last: list[int | None],
+) -> Labels:
     """Ascending parts that become patches.
 
     Areas do not matter, so that none gives way to another that touches a little more.
     """
     parts = len(division.middles)
-    touched = np.unique(division.labels[here.touching])
+    touched = np.unique(division.labels[touching])
     if len(touched) > count:
         kept = np.flatnonzero(np.isin(touched, [part for part in last if part is not None]))
         return np.sort(touched[_spread(division.middles[touched], count, kept.tolist()[:count])])
-    least = _least_gaps(division, here)
+    least = _least_gaps(division, near)
     least[touched] = -np.inf
     return np.sort(np.argsort(least, kind="stable")[: min(count, parts)])
 
 
-def _least_gaps(division: Partition, here: _Ground) -> FloatArray:
+def _least_gaps(division: Partition, near: NearSurface) -> FloatArray:
     least = np.full(len(division.middles), np.inf)
-    np.minimum.at(least, division.labels, here.gaps)
+    np.minimum.at(least, division.labels, near.gaps)
     return least
 
 
-def _patches(
-    view: BodyView,
-    ground: Ground,
-    division: Partition,
-    here: _Ground,
-    chosen: npt.NDArray[np.intp],
-) -> tuple[Patch, ...]:
-    nodes, labels, middles = division
-    least = _least_gaps(division, here)
-    owner = _owners(np.unique(labels[here.touching]), chosen, middles)[labels]
-    total = float(here.areas[here.touching].sum())
-    groups, sizes = [], []
-    for part in chosen.tolist():
-        mine = (owner == part) & here.touching
-        if not mine.any():
-            mine = (labels == part) & (here.gaps <= least[part] + 1e-9)
-        areas = here.areas[mine]
-        sizes.append(float(areas.sum()))
-        groups.append(Group(nodes[mine], here.gaps[mine], here.normals[mine], areas / areas.sum()))
-    return tuple(
-        unchecked_copy(patch, area=size / total if patch.touching else 0.0, part=part)
-        for patch, size, part in zip(
-            patches_of(view, ground, groups), sizes, chosen.tolist(), strict=True
-        )
-    )
+def _owners(division: Partition, chosen: Labels) -> Labels:
+    """(k,): the part whose patch takes each node, that of the nearest chosen part.
 
-
-def _owners(
-    touched: npt.NDArray[np.intp], chosen: npt.NDArray[np.intp], middles: FloatArray
-) -> npt.NDArray[np.intp]:
-    """(parts,): the part whose patch takes a part's nodes, itself where it is chosen."""
-    owner = np.arange(len(middles))
-    others = sorted(set(touched.tolist()) - set(chosen.tolist()))
-    if others:
-        owner[others] = chosen[_distances(middles[others], middles[chosen]).argmin(axis=1)]
-    return owner
-
-
-def _measure(view: BodyView, ground: Ground, nodes: IntArray) -> _Ground:
-    gaps, normals = ground.measure(view.positions[nodes])
-    mesh = view.scene.character.mesh
-    crosses = _crosses(mesh, view.positions)
-    count = len(view.positions)
-    facing = -np.einsum("ij,ij->i", _area_vectors(mesh, crosses, count)[nodes], normals)
-    whole = _areas(mesh, crosses, count)[nodes]
-    areas = np.maximum(facing, UPRIGHT_SHARE * whole)
-    return _Ground(gaps, normals, areas, view.touching[nodes])
-
-
-def _area_vectors(mesh: TetMesh, crosses: FloatArray, count: int) -> FloatArray:
-    """(n, 3) m^2: a third of the outward area vectors of the triangles around each node."""
-    return _gathered(mesh, crosses / 6.0, count)
-
-
-def _areas(mesh: TetMesh, crosses: FloatArray, count: int) -> FloatArray:
-    """(n,) m^2: a third of the areas of the triangles around each node."""
-    size = np.linalg.norm(crosses, axis=1) / 6.0
-    return _gathered(mesh, size[:, None], count)[:, 0]
-
-
-def _crosses(mesh: TetMesh, positions: FloatArray) -> FloatArray:
-    """Twice the outward area vectors of the surface's triangles, (f, 3) m^2."""
-    a, b, c = positions[mesh.surface.T]
-    return cross_rows(b - a, c - a)
-
-
-def _gathered(mesh: TetMesh, of_triangles: FloatArray, count: int) -> FloatArray:
-    corners = mesh.surface.ravel()
-    columns = [np.bincount(corners, np.repeat(column, 3), count) for column in of_triangles.T]
-    return np.stack(columns, axis=1)
+    Parts lend their nodes whether they touch or not: these begin to count as they come near.
+    """
+    nearest = chosen[_distances(division.middles, division.middles[chosen]).argmin(axis=1)]
+    nearest[chosen] = chosen
+    return np.asarray(nearest[division.labels])
 
 
 def _spread(points: FloatArray, count: int, kept: list[int] | None = None) -> list[int]:

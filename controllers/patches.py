@@ -1,8 +1,8 @@
 """Contact patches: the few points through which a controller thinks of the ground.
 
 The simulator resolves every touching node; the controller sees, for each named region, one point
-with the mean velocity of the nodes that touch. While none of a region's nodes touches, its lowest
-node stands for it.
+with the mean velocity of what is near the ground, each node by its share of area and of load
+(`contact_quadrature`), in a frame along the motion (`contact_frames`).
 """
 
 from __future__ import annotations
@@ -14,22 +14,29 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DIRECTIONS, factors_at
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.controllers.body_units import BodyUnits
+from warp_softbody.controllers.contact_frames import SLIDING, carried_axes, moving_frame
+from warp_softbody.controllers.contact_quadrature import (
+    NearSurface,
+    measure,
+    reached_areas,
+    shares_of,
+)
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import Value, unchecked
 from warp_softbody.world.ground import Ground
 from warp_softbody.world.view import BodyView
 
-IntArray = npt.NDArray[np.int32]
-
 FORCE_ANGLES = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 """Of the sliding that each direction of the force opposes, rad from tangent 1."""
+
+TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -42,7 +49,7 @@ class Patch(Value):
         frame: (3, 3), rows normal, tangent 1, tangent 2.
         friction: Coulomb coefficient.
         touching: whether any node of it touched in the last step.
-        area: its share of the area that touches; nan where patches are not weighed by area.
+        area: its share of what all patches have near the ground; nan where nobody has measured it.
         part: of the surface, which stays the same from step to step; None where it has none.
         slips: whether the QPCC is to count on no friction here. The static-contact baseline holds
             it still like every other contact.
@@ -82,28 +89,12 @@ class Patch(Value):
         return (self.frame[:, None, :] * self.weights[:, None]).reshape(3, -1)
 
 
-@lru_cache(maxsize=64)
-def contact_frame(normal: tuple[float, float, float]) -> FloatArray:
-    """Rows normal, tangent 1, tangent 2: right-handed, tangent 1 along x where possible."""
-    n = np.array(normal)
-    axis = np.array([1.0, 0.0, 0.0]) if abs(n[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    first = axis - (axis @ n) * n
-    first /= np.linalg.norm(first)
-    frame = np.stack([n, first, np.cross(n, first)])
-    frame.setflags(write=False)
-    return frame
-
-
 class Group(NamedTuple):
-    """Nodes (k,) of a patch, with gaps (k,) m and normals (k, 3) as the ground measures them.
+    """What of the surface makes a patch: its nodes, their shares (k,), sum one, and its gap, m."""
 
-    ``shares`` (k,), sum one, weigh the nodes in every mean; None for all alike.
-    """
-
-    nodes: IntArray
-    gaps: FloatArray
-    normals: FloatArray
-    shares: FloatArray | None = None
+    near: NearSurface
+    shares: FloatArray
+    gap: float
 
 
 def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...]:
@@ -117,39 +108,55 @@ def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...
     for name, own in zip(regions, nodes, strict=True):
         if not len(own):
             raise InputError(f"patch region {name!r} holds no nodes")
-    return patches_of(view, ground, [_standing(view, ground, own) for own in nodes])
+    return patches_of(view, ground, [measure(view, ground, own) for own in nodes])
 
 
-def _standing(view: BodyView, ground: Ground, nodes: IntArray) -> Group:
-    """Those nodes of a region that stand for it."""
-    gaps, normals = ground.measure(view.positions[nodes])
-    touching = view.touching[nodes]
-    chosen = touching if touching.any() else gaps <= gaps.min() + 1e-9
-    return Group(nodes[chosen], gaps[chosen], normals[chosen])
-
-
-def patches_of(view: BodyView, ground: Ground, groups: Sequence[Group]) -> tuple[Patch, ...]:
-    """One patch for each group of nodes."""
-    frames = [contact_frame(_mean_direction(group)) for group in groups]
+def patches_of(view: BodyView, ground: Ground, parts: Sequence[NearSurface]) -> tuple[Patch, ...]:
+    """One patch for each part of the surface."""
+    if not parts:
+        return ()
+    groups = [Group(near, *shares_of(view, near)) for near in _divided(parts, view.node_count)]
+    frames = _frames(view, groups)
     factors = _force_factors(view, groups, frames)
+    lowest = min(near.gaps.min() for near in parts)
+    areas = [float(reached_areas(view, near, lowest).sum()) for near in parts]
     return tuple(
-        _patch(view, ground, group, frame, own)
-        for group, frame, own in zip(groups, frames, factors, strict=True)
+        _patch(view, ground, group, frame, own, area / sum(areas))
+        for group, frame, own, area in zip(groups, frames, factors, areas, strict=True)
     )
 
 
+def _divided(parts: Sequence[NearSurface], count: int) -> list[NearSurface]:
+    """Parts that have nodes in common share what these bore by their areas around them."""
+    areas = np.zeros(count)
+    for near in parts:
+        areas[near.nodes] += near.areas
+    return [
+        near._replace(borne=near.borne * near.areas / np.maximum(areas[near.nodes], TINY))
+        for near in parts
+    ]
+
+
 def _patch(
-    view: BodyView, ground: Ground, group: Group, frame: FloatArray, factors: FloatArray
+    view: BodyView,
+    ground: Ground,
+    group: Group,
+    frame: FloatArray,
+    factors: FloatArray,
+    area: float,
 ) -> Patch:
+    nodes = group.near.nodes
+    weights = np.zeros(view.node_count)
+    weights[nodes] = group.shares
     patch = unchecked(
         Patch,
-        weights=_weights(view, group),
-        gap=float(group.gaps.mean() if group.shares is None else group.shares @ group.gaps),
+        weights=weights,
+        gap=group.gap,
         frame=frame,
         friction=ground.friction,
-        touching=bool(view.touching[group.nodes].any()),
+        touching=bool(view.touching[nodes].any()),
         factors=factors,
-        area=math.nan,
+        area=area,
         part=None,
         slips=False,
     )
@@ -158,18 +165,22 @@ def _patch(
     return replace(patch) if odd else patch
 
 
-def _weights(view: BodyView, group: Group) -> FloatArray:
-    weights = np.zeros(view.node_count)
-    weights[group.nodes] = 1.0 / len(group.nodes) if group.shares is None else group.shares
-    return weights
+def _frames(view: BodyView, groups: Sequence[Group]) -> list[FloatArray]:
+    axes, speed = carried_axes(view), SLIDING * BodyUnits.of(view).speed
+    return [
+        moving_frame(
+            _mean_direction(group), group.shares @ view.velocities[group.near.nodes], axes, speed
+        )
+        for group in groups
+    ]
 
 
 def _mean_direction(group: Group) -> tuple[float, float, float]:
     """Unit mean of the normals; the first itself where all are the same, to the last bit."""
-    vectors, shares = group.normals, group.shares
+    vectors = group.near.normals
     mean = vectors[0]
     if (vectors != mean).any():
-        mean = vectors.mean(axis=0) if shares is None else shares @ vectors
+        mean = group.shares @ vectors
         mean = mean / np.linalg.norm(mean)
     x, y, z = mean.tolist()
     return x, y, z
@@ -180,23 +191,19 @@ def _force_factors(
 ) -> list[FloatArray]:
     """Factors of each patch by the direction of the force, which opposes the sliding."""
     character = view.scene.character
-    if not groups or not character.directional_friction:
+    if not character.directional_friction:
         return [np.ones(DIRECTIONS) for _ in groups]
     by_node = character.node_friction
-    nodes = np.concatenate([group.nodes for group in groups])
-    counts = np.array([len(group.nodes) for group in groups])
+    nodes = np.concatenate([group.near.nodes for group in groups])
+    counts = np.array([len(group.shares) for group in groups])
     begins = np.cumsum(counts) - counts
     carried = (_carrier(character.mesh, by_node.forward.tobytes()) @ view.positions)[nodes]
     tangents = np.repeat([frame[1:] for frame in frames], counts, axis=0)
     ahead = (tangents @ carried[:, :, None])[:, :, 0]
     forward = np.arctan2(ahead[:, 1], ahead[:, 0])
     factors = factors_at(by_node.factors[nodes], FORCE_ANGLES - forward[:, None])
-    shares = np.concatenate(
-        [np.ones(len(g.nodes)) if g.shares is None else g.shares for g in groups]
-    )
-    means = np.add.reduceat(factors * shares[:, None], begins)
-    means /= np.add.reduceat(shares, begins)[:, None]
-    return list(means)
+    shares = np.concatenate([group.shares for group in groups])
+    return list(np.add.reduceat(factors * shares[:, None], begins))
 
 
 @lru_cache(maxsize=8)

@@ -16,7 +16,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.controllers.objectives import Objective
-from warp_softbody.controllers.patches import Patch, contact_frame
+from warp_softbody.controllers.patches import Patch
 from warp_softbody.errors import InputError
 from warp_softbody.scenes import ScenePlan
 from warp_softbody.stage_exports.usd.reader import Take
@@ -120,6 +120,7 @@ class TurnedController:
             scene=self._scene,
             positions=view.positions @ self._turn,
             velocities=view.velocities @ self._turn,
+            impulses=view.impulses @ self._turn,
         )
         goals = self._controller.goals(own)
         if goals is None:
@@ -137,13 +138,5 @@ class TurnedController:
         return replace(objective, rows=rows.reshape(count, -1))
 
     def _patch(self, patch: Patch) -> Patch:
-        """Its frame in the turned world.
-
-        Without directional friction that is the one that a controller of this world would have,
-        so that the plan's polygon of friction lies otherwise to the motion.
-        """
-        frame = patch.frame @ self._turn.T
-        if (patch.factors == 1.0).all():
-            x, y, z = frame[0].tolist()
-            frame = contact_frame((x, y, z))
-        return replace(patch, frame=frame)
+        """Its frame in the turned world, where the motion that it lies along is turned too."""
+        return replace(patch, frame=patch.frame @ self._turn.T)

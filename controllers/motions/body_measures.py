@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.contact_quadrature import measure, shares_of
+from warp_softbody.world.ground import Plane
 from warp_softbody.world.view import BodyView
 
 BASE_PATCHES = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3")
@@ -14,6 +16,13 @@ BASE_PATCHES = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3")
 def region_mean(view: BodyView, values: FloatArray, region: str) -> FloatArray:
     """The mean (3,) of nodal values (n, 3) over a named region of the character."""
     return np.asarray(values[view.scene.character.region(region)].mean(axis=0))
+
+
+def contact_point(view: BodyView, region: str) -> FloatArray:
+    """Where (3,) m a region of the character's surface touches, or comes nearest to, the ground."""
+    nodes = view.scene.character.region(region)
+    shares, _ = shares_of(view, measure(view, view.scene.ground or Plane(), nodes))
+    return np.asarray(shares @ view.positions[nodes])
 
 
 def mean_weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:

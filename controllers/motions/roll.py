@@ -5,19 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
-from warp_softbody.controllers.motions.body_measures import angle_turned
+from warp_softbody.controllers.motions.body_measures import angle_turned, contact_point
 from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
-
-IntArray = npt.NDArray[np.int32]
 
 LET_GO = 5.0
 """Time constants of the letting go after which muscles are slack for good: less than a hundredth
@@ -28,9 +25,6 @@ STILL = 0.016
 
 STILL_TIME = 1.566
 """sqrt(L/g) that it has to be still: longer than it stands at the end of a swing back."""
-
-LEVEL = 1e-3
-"""L, above the lowest node of a rim, within which a node is as low."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +38,7 @@ class RollGains:
         spin: m g L, wanted rate of angular momentum about the axis.
         steadiness: sqrt(g/L), decay of angular momentum about the other axes.
         top_speed: sqrt(g L), of the centre of mass, at which the wanted rate has fallen to zero.
-        follow: sqrt(L/g), time in which the plan follows a contact that moves from node to node.
+        follow: sqrt(L/g), time in which the plan follows a contact that moves along the rim.
         ease: sqrt(L/g), in which lead and spin come up at the start of a leg.
         release: sqrt(L/g), time constant in which muscles let go at the end of a leg.
         spin_weight: of the angular momentum, in units of m g L dt.
@@ -192,7 +186,7 @@ class Roll:
     def _goal(self, view: BodyView, heading: float) -> FloatArray:
         """Where the centre of mass is wanted, m: ahead of the contact, at its first height."""
         g = self._gains
-        middle = view.positions[self._contact(view)].mean(axis=0)
+        middle = contact_point(view, self._rim)
         if self._height is None:
             self._height = float(view.center_of_mass[2] - middle[2])
         behind = middle - view.center_of_mass
@@ -210,15 +204,6 @@ class Roll:
         eager = float(np.clip(1.0 - speed / g.top_speed, -1.0, 1.0))
         spin[1] = heading * eager * g.spin * view.weight
         return np.asarray(spin)
-
-    def _contact(self, view: BodyView) -> IntArray:
-        """Nodes of the rim that touch; while none does, the lowest ones."""
-        rim = view.scene.character.region(self._rim)
-        touching = rim[view.touching[rim]]
-        if len(touching):
-            return np.asarray(touching)
-        heights = view.positions[rim, 2]
-        return np.asarray(rim[heights <= heights.min() + LEVEL * BodyUnits.of(view).length])
 
     def _patches(self, view: BodyView) -> tuple[Patch, ...]:
         self._last = clustered_patches(

@@ -316,23 +316,28 @@ def test_decision_s_status_is_known() -> None:
     assert len(decision.result.modes) == 4
 
 
-def test_patches_follow_the_touching_nodes() -> None:
-    """The mean of the touching nodes; of the lowest where none touches; weights sum to one."""
+def test_patches_follow_what_bears_the_load() -> None:
+    """A patch that bears little has the gap of its lowest node; weights sum to one."""
     body = moving_bar(ground=Plane(offset=-0.1, friction=0.3))
     view = view_of(body)
     nodes = view.scene.character.region(QUARTERS[2])
     gaps = view.positions[nodes, 2] + 0.1
     patch = ground_patches(view, QUARTERS)[2]
     assert patch.gap == pytest.approx(gaps.min())
-    assert patch.friction == 0.3
+    assert patch.friction == 0.3 and not patch.touching
+    impulses = np.zeros((view.node_count, 3))
+    # far more than the body weighs
+    impulses[nodes[:2], 2] = 1e9, 3e9
     view.touching[nodes[:2]] = True
-    patch = ground_patches(view, QUARTERS)[2]
-    assert patch.gap == pytest.approx(gaps[:2].mean())
+    loaded = replace(view, impulses=impulses)
+    patch = ground_patches(loaded, QUARTERS)[2]
+    assert patch.touching
+    assert patch.gap == pytest.approx(gaps[:2] @ [0.25, 0.75])
     assert patch.weights.sum() == pytest.approx(1.0)
-    np.testing.assert_array_equal(np.flatnonzero(patch.weights), np.sort(nodes[:2]))
+    np.testing.assert_allclose(patch.weights[nodes[:2]], [0.25, 0.75], atol=1e-6)
     velocity = patch.rows() @ view.velocities.ravel()
-    mean = view.velocities[nodes[:2]].mean(axis=0)
-    np.testing.assert_allclose(velocity, [mean[2], mean[0], mean[1]], rtol=1e-12)
+    mean = patch.weights @ view.velocities
+    np.testing.assert_allclose(velocity, patch.frame @ mean, rtol=1e-12)
     np.testing.assert_allclose(patch.frame @ patch.frame.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(patch.frame) == pytest.approx(1.0)
 

@@ -12,7 +12,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.contact_mode import ContactMode
-from warp_softbody.controllers.patches import contact_frame
+from warp_softbody.controllers.contact_frames import contact_frame
 from warp_softbody.engine.options import Cone, Precision
 from warp_softbody.world.ground import Plane
 

@@ -16,6 +16,8 @@ from warp_softbody.errors import InputError
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.view import BodyView
 
+EIGHTHS = 2.0 * math.pi * np.arange(8) / 8
+
 
 def measured_friction(body: Rig, angle: float) -> float:
     """Deceleration over g along a throw at an angle, while the slab slides."""
@@ -87,25 +89,31 @@ def test_factors_of_one_change_nothing() -> None:
     np.testing.assert_array_equal(plain.positions, twin.positions)
 
 
-def test_patches_know_the_factors() -> None:
-    """By the direction of the force, which opposes the sliding, also on a turned body."""
+@pytest.mark.parametrize("slip", [(0.0, 0.0, 0.0), (0.3, 0.5, 0.0)])
+@pytest.mark.parametrize("turn", [0.0, math.pi / 2, 0.4])
+def test_patches_know_the_factors(turn: float, slip: tuple[float, float, float]) -> None:
+    """By the direction of the force, which opposes the sliding, whichever way the polygon lies."""
     body = scaly_slab()
-    opposed = np.roll(EIGHT, -4)
-    for turn, shift in ((0.0, 0), (math.pi / 2, 2)):
-        body.place(positions=turned(body.model.scene.character.mesh.points, (0, 0, 1), turn))
-        view = BodyView(
-            scene=body.model.scene,
-            time=0.0,
-            time_step=DT,
-            masses=body.masses,
-            positions=body.positions,
-            velocities=body.velocities,
-            touching=np.zeros(len(body.masses), dtype=bool),
-            activations=np.zeros(0),
-        )
-        (patch,) = ground_patches(view, ("base",))
-        # float32 positions turn the direction by 1e-7
-        np.testing.assert_allclose(patch.factors, np.roll(opposed, shift), rtol=1e-5)
+    body.place(positions=turned(body.model.scene.character.mesh.points, (0, 0, 1), turn))
+    view = BodyView(
+        scene=body.model.scene,
+        time=0.0,
+        time_step=DT,
+        masses=body.masses,
+        positions=body.positions,
+        velocities=np.tile(slip, (len(body.masses), 1)),
+        touching=np.zeros(len(body.masses), dtype=bool),
+        activations=np.zeros(0),
+    )
+    (patch,) = ground_patches(view, ("base",))
+    ways = -np.column_stack([np.cos(EIGHTHS), np.sin(EIGHTHS)]) @ patch.frame[1:]
+    sliding = np.arctan2(ways[:, 1], ways[:, 0]) - turn
+    expected = np.interp(sliding, EIGHTHS, EIGHT, period=2.0 * math.pi)
+    # float32 positions turn the direction by 1e-7
+    np.testing.assert_allclose(patch.factors, expected, rtol=1e-5)
+    if not any(slip):
+        ahead = [math.cos(turn), math.sin(turn), 0.0]
+        np.testing.assert_allclose(patch.frame[1], ahead, atol=1e-6)
 
 
 def test_mistakes_are_one_sentence() -> None:

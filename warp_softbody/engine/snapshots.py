@@ -45,9 +45,11 @@ class Snapshots:
         """The state as a controller sees it."""
         model = self._model
         touching = np.zeros(model.node_count, dtype=bool)
+        impulses = np.zeros((model.node_count, 3))
         if model.contact_count:
-            modes = self._views.read(contacts.modes)
-            touching[model.body.mesh.surface_nodes] = modes != Mode.LIFT
+            nodes, _, borne, _, _ = self._on_ground(contacts)
+            touching[nodes] = True
+            impulses[nodes] = borne
         return BodyView(
             scene=model.scene,
             time=time,
@@ -57,6 +59,7 @@ class Snapshots:
             velocities=self._doubles(state.velocities),
             touching=touching,
             activations=self._activations(rest_lengths),
+            impulses=impulses,
         )
 
     def frame(

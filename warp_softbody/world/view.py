@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +26,8 @@ class BodyView(Value):
         velocities: (n, 3) m/s.
         touching: (n,) bool, nodes that bore a contact impulse in the last step.
         activations: (s,) l_d / l_0 of the last step; l / l_0 where a segment was slack.
+        impulses: (n, 3) N s, of the ground on each node in the last step; (0, 3) where they are
+            not known.
     """
 
     scene: Scene
@@ -36,6 +38,7 @@ class BodyView(Value):
     velocities: FloatArray
     touching: npt.NDArray[np.bool_]
     activations: FloatArray
+    impulses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
     def node_count(self) -> int:

@@ -1,0 +1,58 @@
+"""Upright blocks with a foot, and what a controller sees of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.support.bodies import box
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
+from warp_softbody.body.directional_friction import DirectionalFriction
+from warp_softbody.body.material import Material
+from warp_softbody.body.refinement import refined_character
+from warp_softbody.world.ground import Ground
+from warp_softbody.world.scene import Scene
+from warp_softbody.world.view import BodyView
+
+SOFT = Material(young_modulus=1e5, poisson_ratio=0.4)
+SIZE = np.array([0.4, 0.3, 1.0])
+
+
+def block(level: int = 0, scale: float = 1.0) -> Character:
+    """A block 1 m tall, times a scale, whose foot is "foot", in two halves."""
+    mesh = box((4, 2, 4), tuple((SIZE * scale).tolist()))
+    x, _, z = mesh.points.T
+    foot = z < 1e-9
+    regions = {
+        "foot": foot,
+        "left": foot & (x <= 0.5 * SIZE[0] * scale + 1e-9),
+        "right": foot & (x >= 0.5 * SIZE[0] * scale - 1e-9),
+    }
+    character = Character(
+        name="block",
+        mesh=mesh,
+        material=SOFT,
+        regions={name: np.flatnonzero(inside).astype(np.int32) for name, inside in regions.items()},
+        directional_friction=(DirectionalFriction(region="foot", factors=(1.0, 2.0, 4.0, 2.0)),),
+    )
+    for _ in range(level):
+        character = refined_character(character)
+    return character
+
+
+def seen(
+    character: Character, positions: FloatArray, ground: Ground, impulses: FloatArray | None = None
+) -> BodyView:
+    count = len(positions)
+    gaps, _ = ground.measure(positions)
+    return BodyView(
+        scene=Scene(character=character, ground=ground),
+        time=0.0,
+        time_step=0.01,
+        masses=np.ones(count),
+        positions=positions,
+        velocities=np.zeros((count, 3)),
+        touching=gaps <= 0.0,
+        activations=np.zeros(0),
+        impulses=np.zeros((count, 3)) if impulses is None else impulses,
+    )
