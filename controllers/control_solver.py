@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
-from warp_softbody.arrays import FloatArray
+from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.body.directional_friction import DIRECTIONS
 from warp_softbody.controllers.body_units import BodyUnits
+from warp_softbody.controllers.compiled.contact_solver import CompiledSearch
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
 from warp_softbody.controllers.patches import Patch
@@ -21,7 +23,7 @@ from warp_softbody.controllers.qpcc.contact.problem import (
     step_problem,
     uniform_directions,
 )
-from warp_softbody.controllers.qpcc.result import QPCCResult
+from warp_softbody.controllers.qpcc.result import QPCCResult, SolverOptions
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.engine.reduced_dynamics import ControlProblem, ReducedDynamics
 from warp_softbody.errors import InputError
@@ -132,6 +134,21 @@ def _activation_weights(cost: ActivationCost, count: int, step: float) -> tuple[
     return 2.0 * cost.effort / count, 2.0 * cost.change / (step * count)
 
 
+class _Search(Protocol):
+    """``solve_qpcc``, or native code that does the same."""
+
+    def __call__(
+        self,
+        problem: ContactQPCC,
+        *,
+        start: tuple[int, ...] | None,
+        fallback_controls: FloatArray,
+        touching: BoolArray,
+        options: SolverOptions,
+    ) -> QPCCResult:
+        """The best point found."""
+
+
 class ControlSolver:
     """Asks a controller for goals each step and finds the activations that serve them best.
 
@@ -155,6 +172,7 @@ class ControlSolver:
         self._modes: tuple[int, ...] | None = None
         self._parts: tuple[int | None, ...] = ()
         self._rule = PerturbationSchedule(options)
+        self._search: _Search = CompiledSearch().solve if dynamics.native_code else solve_qpcc
 
     def goals(self, view: BodyView) -> Goals | None:
         """What the controller wants of the step from ``view`` on; to be asked once a step."""
@@ -212,7 +230,7 @@ class ControlSolver:
             return solve_static(
                 qpcc, touching=holds, fallback_controls=activations, options=self._rule.kicked
             )
-        return solve_qpcc(
+        return self._search(
             qpcc,
             start=start,
             fallback_controls=activations,

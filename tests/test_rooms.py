@@ -29,9 +29,10 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "engine": ("base", "device", "kernels", "body", "world", "linear"),
     "controllers.qp": ("base",),
     "controllers.qpcc": ("base", "controllers.qp"),
+    "controllers.compiled": ("base", "device", "kernels", "controllers.qpcc"),
     "controllers": (
         *("base", "body", "world", "engine.reduced_dynamics"),
-        *("controllers.qp", "controllers.qpcc"),
+        *("controllers.qp", "controllers.qpcc", "controllers.compiled"),
     ),
     "run": ("base", "device", "body", "world", "engine", "controllers"),
     "characters": ("base", "atomic_files", "body"),

@@ -75,6 +75,7 @@ def repeated(problem: ContactQPCC, contacts: list[int]) -> ContactQPCC:
         velocity_from_forces=problem.velocity_from_forces[np.ix_(rows, rows)],
         friction=problem.friction[contacts],
         factors=problem.factors[contacts],
+        squares=problem.squares[:, z] if problem.squares.size else problem.squares,
     )
 
 

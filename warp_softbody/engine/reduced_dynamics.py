@@ -89,6 +89,11 @@ class ReducedDynamics:
         self._blocks = BlockSolver(stepper, row_capacity, tolerance, self._most_iterations)
 
     @property
+    def native_code(self) -> bool:
+        """Whether kernels use native code for processors (`SimulationOptions.native_code`)."""
+        return self._stepper.model.options.native_code
+
+    @property
     def row_capacity(self) -> int:
         """Rows of J that there is room for."""
         return self._blocks.row_capacity

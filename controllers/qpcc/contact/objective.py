@@ -68,12 +68,12 @@ def scaled_objective(problem: ContactQPCC, scale: FloatArray) -> tuple[ScaledObj
     c = problem.gradient * scale
     curvature = float(np.max((problem.hessian.diagonal() * scale * scale)[:nu]))
     size = curvature or float(np.max(np.abs(c))) or 1.0
-    if 0 < CONTROLS_A_ROW * len(problem.squares) <= nu and _diagonal_is_clear(problem):
+    if 0 < CONTROLS_A_ROW * len(problem.squares) <= nu and diagonal_is_clear(problem):
         return _LowRankObjective(problem, scale, c / size, size), size
     return _DenseObjective(problem, scale, c / size, size), size
 
 
-def _diagonal_is_clear(problem: ContactQPCC) -> bool:
+def diagonal_is_clear(problem: ContactQPCC) -> bool:
     """Whether the diagonal exceeds the rounding of the low-rank factor."""
     least = float(problem.diagonal.min())
     return least > ROUNDING * float(problem.hessian.diagonal().max())

@@ -1,0 +1,1 @@
+"""The host side of control in native code, for processors."""
