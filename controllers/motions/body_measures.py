@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-import numpy as np
+from functools import lru_cache
 
-from warp_softbody.arrays import FloatArray
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.arrays import FloatArray, cross_rows
+from warp_softbody.body import mesh_geometry
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.controllers.contact_quadrature import measure, shares_of
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.view import BodyView
+
+IntArray = npt.NDArray[np.int32]
 
 BASE_PATCHES = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3")
 """The quadrants of a letter's underside."""
 
 
 def region_mean(view: BodyView, values: FloatArray, region: str) -> FloatArray:
-    """The mean (3,) of nodal values (n, 3) over a named region of the character."""
-    return np.asarray(values[view.scene.character.region(region)].mean(axis=0))
+    """The mean (3,) of nodal values (n, 3) over a named region of the character at rest."""
+    character = view.scene.character
+    nodes = character.region(region)
+    sizes = _sizes(character.mesh, (nodes.tobytes(),))[0]
+    return np.asarray(sizes @ values[nodes] / sizes.sum())
 
 
 def contact_point(view: BodyView, region: str) -> FloatArray:
@@ -26,12 +36,42 @@ def contact_point(view: BodyView, region: str) -> FloatArray:
 
 
 def mean_weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
-    """Nodal weights (n,) of the mean over the union of some regions; their sum is one."""
+    """Nodal weights (n,) of the mean over some regions at rest; their sum is one."""
+    character = view.scene.character
+    nodes = [character.region(name) for name in regions]
     weights = np.zeros(view.node_count)
-    for name in regions:
-        weights[view.scene.character.region(name)] = 1.0
+    for own, sizes in zip(
+        nodes, _sizes(character.mesh, tuple(own.tobytes() for own in nodes)), strict=True
+    ):
+        weights[own] += sizes
     weights /= weights.sum()
     return weights
+
+
+@lru_cache(maxsize=64)
+def _sizes(mesh: TetMesh, regions: tuple[bytes, ...]) -> list[FloatArray]:
+    """How much of each region (k,) is around its nodes, at rest: a quadrature, on every mesh alike.
+
+    By the volumes (m^3) of the tets within the regions, where each has some; else by the areas
+    (m^2) of the surface's triangles within them, where each has some; else all nodes count alike.
+    """
+    nodes = [np.frombuffer(region, np.int32) for region in regions]
+    volumes = mesh_geometry.tet_volumes(mesh.points, mesh.tets)
+    a, b, c = mesh.points[mesh.surface.T]
+    areas = np.linalg.norm(cross_rows(b - a, c - a), axis=1) / 2.0
+    for cells, extents in ((mesh.tets, volumes), (mesh.surface, areas)):
+        found = [_shared_out(cells, extents, own, len(mesh.points)) for own in nodes]
+        if all(sizes.any() for sizes in found):
+            return found
+    return [np.ones(len(own)) for own in nodes]
+
+
+def _shared_out(cells: IntArray, extents: FloatArray, nodes: IntArray, count: int) -> FloatArray:
+    """Extents (c,) of the cells (c, corners) within a set of nodes, (k,): to each corner alike."""
+    inside = np.isin(cells, nodes).all(axis=1)
+    corners = cells.shape[1]
+    share = np.repeat(extents[inside] / corners, corners)
+    return np.asarray(np.bincount(cells[inside].ravel(), share, count)[nodes])
 
 
 def angle_turned(view: BodyView, first: int, second: int) -> float:
