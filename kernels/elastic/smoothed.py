@@ -45,30 +45,31 @@ def make_smoothing(precision: str) -> SimpleNamespace:
         positions: wp.array(dtype=vec3),
         # out
         deformations: wp.array(dtype=mat33),
+        rotations: wp.array(dtype=mat33),
         area_rows: wp.array(dtype=mat33),
     ):
+        # ``rotations``: F too, which ``rotation_lanes`` may turn into rotations
         t = wp.tid()
         corners = tets[t]
         B = rest_inverse[t]
         F = deformation(corners, B, positions)
         deformations[t] = F
+        rotations[t] = F
         if muscular != 0:
             area_rows[t] = rest_volume[t] * (B * wp.transpose(cofactor(F)))
 
     @kernel
-    def stress_edges(
+    def mean_edges(
         # model
         edge_start: wp.array(dtype=int),
         edge_corners: wp.array(dtype=wp.vec2i),
         rest_volume: wp.array(dtype=scalar),
-        lame: wp.array(dtype=scalar),
         # in
         deformations: wp.array(dtype=mat33),
         # out
-        stresses: wp.array(dtype=mat33),
+        means: wp.array(dtype=mat33),
         rotations: wp.array(dtype=mat33),
     ):
-        # first Piola-Kirchhoff stress 2 mu (F - R) of the mean F, over six
         edge = wp.tid()
         total = mat33()
         volume = scalar(0.0)
@@ -79,9 +80,26 @@ def make_smoothing(precision: str) -> SimpleNamespace:
             total += rest_volume[t] * deformations[t]
             volume += rest_volume[t]
             k += 1
-        F = total / volume
-        R = closest_rotation(F)
-        rotations[edge] = R
+        means[edge] = total / volume
+        rotations[edge] = total / volume
+
+    @kernel
+    def stress_edges(
+        # model
+        lame: wp.array(dtype=scalar),
+        turned: int,
+        # in and out
+        stresses: wp.array(dtype=mat33),
+        rotations: wp.array(dtype=mat33),
+    ):
+        # the mean F becomes the first Piola-Kirchhoff stress 2 mu (F - R), over six; ``turned``:
+        # ``rotations`` hold R already, not F
+        edge = wp.tid()
+        F = stresses[edge]
+        R = rotations[edge]
+        if turned == 0:
+            R = closest_rotation(F)
+            rotations[edge] = R
         stresses[edge] = (lame[0] * scalar(0.3333333333333333)) * (F - R)
 
     @kernel
@@ -194,6 +212,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
 
     return SimpleNamespace(
         deformation_gradients=deformation_gradients,
+        mean_edges=mean_edges,
         stress_edges=stress_edges,
         stress_nodes=stress_nodes,
         smoothed_tets=smoothed_tets,

@@ -46,13 +46,15 @@ def make_smoothed_volume(precision: str) -> SimpleNamespace:
         node_corners: wp.array(dtype=int),
         rest_volume: wp.array(dtype=scalar),
         lame: wp.array(dtype=scalar),
+        turned: int,
         # in
         deformations: wp.array(dtype=mat33),
         # out
         pressures: wp.array(dtype=scalar),
         rotations: wp.array(dtype=mat33),
     ):
-        # lambda (J - 1) over four; det F - 1 is summed, so that at rest nothing is rounded
+        # lambda (J - 1) over four; det F - 1 is summed, so that at rest nothing is rounded;
+        # ``turned``: ``rotation_lanes`` make rotations out of the mean F
         i = wp.tid()
         total = mat33()
         volume = scalar(0.0)
@@ -63,7 +65,10 @@ def make_smoothed_volume(precision: str) -> SimpleNamespace:
             total += rest_volume[t] * F
             volume += rest_volume[t]
             swelling += rest_volume[t] * (wp.determinant(F) - scalar(1.0))
-        rotations[i] = closest_rotation(total / volume)
+        R = total / volume
+        if turned == 0:
+            R = closest_rotation(R)
+        rotations[i] = R
         pressures[i] = (scalar(0.25) * lame[1]) * (swelling / volume)
 
     @kernel
@@ -74,17 +79,19 @@ def make_smoothed_volume(precision: str) -> SimpleNamespace:
         rest_inverse: wp.array(dtype=mat33),
         rest_volume: wp.array(dtype=scalar),
         own_rotations: int,
+        turned: int,
         first: int,
         # in
         now: SmoothedState,
-        # out
+        # in and out
         rotations: wp.array(dtype=mat33),
+        # out
         gradients: wp.array(dtype=vec3),
         volume_gradients: wp.array(dtype=vec3),
         forces: wp.array(dtype=vec3),
     ):
         # ``own_rotations``: of the tet's F, which the conserving tangent needs; else their edges'.
-        # ``first``: of these tets in the arrays of all
+        # ``turned``: ``rotations`` hold these already; ``first``: of these tets among all
         t = wp.tid()
         corners = tets[t]
         F = now.deformations[first + t]
@@ -97,8 +104,10 @@ def make_smoothed_volume(precision: str) -> SimpleNamespace:
         pressure = scalar(0.0)
         for k in range(4):
             pressure += now.pressures[corners[k]]
-        R = nearly_rotation(turn * scalar(0.16666666666666666))
-        if own_rotations != 0:
+        R = rotations[t]
+        if own_rotations == 0:
+            R = nearly_rotation(turn * scalar(0.16666666666666666))
+        elif turned == 0:
             R = closest_rotation(F)
         rotations[t] = R
         B = rest_inverse[t]

@@ -61,10 +61,11 @@ class Assembly:
         lanes = rotation_lanes_on(options.device, options.precision)
         self._lanes = lanes if options.native_code else None
         # of every group of matrices that are turned side by side; no two threads share one
-        self._odd = model.zeros(max(m, n) if self._lanes else 0, wp.int32)
+        self._edge_count = len(model.topology.edge_slots)
+        most = max(m, n, self._edge_count)
+        self._odd = model.zeros(most if self._lanes else 0, wp.int32)
         self._gradients = model.zeros(4 * m, types.vec3)
         self._forces = model.zeros(4 * m, types.vec3)
-        self._edge_count = len(model.topology.edge_slots)
         self._exact_volume: Any = None
         if any(part.material.volume == "exact" for part in model.materials):
             self._exact_volume = make_exact_volume(options.precision)
@@ -182,27 +183,38 @@ class Assembly:
 
     def _deform(self, positions: Any, a: int, b: int) -> None:
         inputs = [*self._body(a, b), self._muscular, positions]
-        outputs = [self._deformations[a:b], self._areas(a, b)]
+        outputs = [self._deformations[a:b], self.rotations[a:b], self._areas(a, b)]
         self._launch(self._smoothing.deformation_gradients, a, b, inputs, outputs)
+        if self._tangent is not None:
+            self._rotate(self.rotations, a, b)
 
     def _edge_stress(self, first: int, last: int) -> None:
         arrays = self._model.arrays
         for part, a, b in self._by_body("edges", first, last):
             around = [arrays.gather.edge_start[a : b + 1], arrays.gather.edge_corners]
-            inputs = [*around, arrays.mesh.rest_volume, part.lame, self._deformations]
-            outputs = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
-            self._launch(self._smoothing.stress_edges, a, b, inputs, outputs)
+            inputs = [*around, arrays.mesh.rest_volume, self._deformations]
+            found = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
+            self._launch(self._smoothing.mean_edges, a, b, inputs, found)
+            self._rotate(self._edge_rotations, a, b)
+            inputs = [part.lame, int(self._lanes is not None)]
+            self._launch(self._smoothing.stress_edges, a, b, inputs, found)
 
     def _node_stress(self, first: int, last: int) -> None:
         arrays = self._model.arrays
         for part, a, b in self._by_body("nodes", first, last):
             around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
-            inputs = [*around, arrays.mesh.rest_volume, part.lame, self._deformations]
+            inputs = [*around, arrays.mesh.rest_volume, part.lame]
+            turned = int(self._lanes is not None)
+            rotations = self.node_rotations[a:b]
             if part.material.volume == "exact":
-                kernel, found = self._smoothed_volume.press_nodes, self._pressures
+                inputs += [turned, self._deformations]
+                outputs = [self._pressures[a:b], rotations]
+                self._launch(self._smoothed_volume.press_nodes, a, b, inputs, outputs)
+                self._rotate(self.node_rotations, a, b)
             else:
-                kernel, found = self._smoothing.stress_nodes, self._node_stresses
-            self._launch(kernel, a, b, inputs, [found[a:b], self.node_rotations[a:b]])
+                outputs = [self._node_stresses[a:b], rotations]
+                kernel = self._smoothing.stress_nodes
+                self._launch(kernel, a, b, [*inputs, self._deformations], outputs)
 
     def _smoothed_tets(self, first: int, last: int) -> None:
         for part, a, b in self._by_body("tets", first, last):
@@ -211,7 +223,8 @@ class Assembly:
             corners = slice(4 * a, 4 * b)
             outputs = [self.rotations[a:b], self._gradients[corners]]
             if part.material.volume == "exact":
-                inputs = [*structure, int(self._tangent is not None), a, self._smoothed_state]
+                own, turned = int(self._tangent is not None), int(self._lanes is not None)
+                inputs = [*structure, own, turned, a, self._smoothed_state]
                 outputs += [self._volume_gradients[corners], self._forces[corners]]
                 self._launch(self._smoothed_volume.smoothed_tets, a, b, inputs, outputs)
                 continue

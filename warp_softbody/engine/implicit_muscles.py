@@ -12,6 +12,7 @@ from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.device.warp_runtime import with_kernels
 from warp_softbody.engine.model import Model
+from warp_softbody.kernels.fiber_lanes import CORNER_PAIRS, fiber_lanes_on
 from warp_softbody.kernels.implicit_muscles import make_implicit_muscles
 
 Work = tuple[int, Callable[[int, int], None]]
@@ -73,6 +74,19 @@ class ImplicitMuscles:
         mesh = [model.arrays.mesh.rest_inverse, model.arrays.mesh.rest_volume]
         rest_rows, count = self._kernels.rest_rows, model.tet_count
         with_kernels(lambda: self._launch(rest_rows, count, mesh, [self.rest_rows]))
+        self._prepare_lanes()
+
+    def _prepare_lanes(self) -> None:
+        """Native code for the stiffness, where the device has some, and what it takes."""
+        m, own = self._model, self._kernels
+        options = m.options
+        kinds = (options.precision, own.Fibers, own.FiberState)
+        self._lanes = fiber_lanes_on(options.device, *kinds) if options.native_code else None
+        if self._lanes is None:
+            return
+        self._shares = m.zeros(CORNER_PAIRS * len(m.muscles.pair_tet), m.types.scalar)
+        kernel, inputs = self._lanes.share_corners, [self._fibers, m.arrays.step.factors]
+        with_kernels(lambda: self._launch(kernel, m.tet_count, inputs, [self._shares]))
 
     def _launch(self, kernel: Any, count: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, count, inputs, outputs, self._model.options.device)
@@ -92,8 +106,11 @@ class ImplicitMuscles:
             self._launch(k.mean_stretches, last - first, inputs, [s, self.lengths, self.reaches])
 
         def stiffen(first: int, last: int) -> None:
-            inputs = [first, self._fibers, a.step.factors, s]
-            self._launch(k.stiffen_tets, last - first, inputs, [self._blocks])
+            kernel, known = k.stiffen_tets, a.step.factors
+            if self._lanes is not None:
+                kernel, known = self._lanes.stiffen_tets, self._shares
+            inputs = [first, self._fibers, known, s]
+            self._launch(kernel, last - first, inputs, [self._blocks])
 
         def add(first: int, last: int) -> None:
             inputs = [first, edges.edge_start, edges.edge_corners, edges.edge_slots]

@@ -1,0 +1,54 @@
+"""Native code of smoothed elements and implicit muscles against the plain kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.bodies import box, crumpled, epsilon, muscular_bar, numbers, rig
+from warp_softbody.body.material import Material
+from warp_softbody.engine.options import Precision
+
+
+def assembled(character: Any, **options: Any) -> list[np.ndarray[Any, Any]]:
+    """Matrix, impulses and node rotations of a crumpled, moving body."""
+    body = rig(character, time_step=0.01, **options)
+    points = np.asarray(body.model.body.mesh.points)
+    velocities = np.random.default_rng(2).standard_normal(points.shape)
+    body.place(crumpled(body.model.body.mesh, amount=0.08), velocities)
+    body.stepper.assemble(body.state)
+    own = body.stepper.assembly
+    return [numbers(array) for array in (own.values, own.impulses, own.node_rotations)]
+
+
+def same(native: list[Any], plain: list[Any], precision: Precision) -> None:
+    for found, expected in zip(native, plain, strict=True):
+        bound = 256 * epsilon(precision) * np.abs(expected).max()
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=bound)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("tangent", ["warped", "conserving"])
+@pytest.mark.parametrize("volume", ["exact", "linear"])
+def test_smoothed_elements(volume: Any, tangent: Any, precision: Precision) -> None:
+    if volume == "linear" and tangent == "conserving":
+        pytest.skip("no such tangent")
+    options: dict[str, Any] = {"elements": "smoothed", "tangent": tangent, "precision": precision}
+    material = Material(volume=volume)
+    mesh = box((3, 3, 3), jitter=0.2)
+    found = [
+        assembled(mesh, material=material, native_code=native, **options)
+        for native in (True, False)
+    ]
+    same(found[0], found[1], precision)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_implicit_muscles(precision: Precision, threads: int) -> None:
+    options: dict[str, Any] = {"muscles": "implicit", "precision": precision, "threads": threads}
+    bar = muscular_bar(helix=True)
+    found = [assembled(bar, native_code=native, **options) for native in (True, False)]
+    same(found[0], found[1], precision)
