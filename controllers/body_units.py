@@ -51,6 +51,15 @@ class BodyUnits:
     def of_scene(cls, scene: Scene) -> BodyUnits:
         """Those of a scene's character."""
         checks.instance("scene of BodyUnits", scene, Scene)
+        # asked for many times a step; a scene does not change
+        known = scene.__dict__.get("_body_units")
+        if known is None:
+            known = scene.__dict__["_body_units"] = cls._measured(scene)
+        units: BodyUnits = known
+        return units
+
+    @classmethod
+    def _measured(cls, scene: Scene) -> BodyUnits:
         low, high = scene.character.mesh.bounds
         length = float((high - low).max())
         gravity = float(np.linalg.norm(scene.gravity))

@@ -7,11 +7,13 @@ are carried with it. So a body that is turned, or slides another way, is planned
 
 from __future__ import annotations
 
+import cmath
 from functools import lru_cache
 
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.world.view import BodyView
 
 SLIDING = 0.02
@@ -38,11 +40,23 @@ def carried_axes(view: BodyView) -> FloatArray:
     They are the columns of the matrix that takes the rest shape nearest to the present one, nodes
     weighted by their masses.
     """
-    count = len(view.scene.character.mesh.points)
-    rest, masses = view.scene.character.mesh.points, view.masses[:count]
-    arms = (rest - masses @ rest / view.mass) * masses[:, None]
-    axes: FloatArray = np.linalg.solve(arms.T @ rest, arms.T @ view.positions[:count])
+    mesh = view.scene.character.mesh
+    count = len(mesh.points)
+    nearest = _nearest_map(mesh, view.masses[:count].tobytes())
+    axes: FloatArray = nearest @ view.positions[:count]
     return axes
+
+
+@lru_cache(maxsize=8)
+def _nearest_map(mesh: TetMesh, masses: bytes) -> FloatArray:
+    """What takes positions (n, 3) to the matrix that takes the rest shape nearest to them, (3, n).
+
+    By least squares; masses are float64, (n,) kg.
+    """
+    weights = np.frombuffer(masses)
+    arms = (mesh.points - weights @ mesh.points / weights.sum()) * weights[:, None]
+    found: FloatArray = np.linalg.solve(arms.T @ mesh.points, arms.T)
+    return found
 
 
 def moving_frame(normal: Vector, slip: FloatArray, axes: FloatArray, speed: float) -> FloatArray:
@@ -59,13 +73,17 @@ def moving_frame(normal: Vector, slip: FloatArray, axes: FloatArray, speed: floa
         speed: m/s, from which on the sliding decides.
     """
     frame = contact_frame(normal)
-    across = np.vstack([axes, slip / speed]) @ frame[1:].T
-    ways = across[:, 0] + 1j * across[:, 1]
+    tangents = frame[1:].T
+    # few numbers: Python's own are faster than arrays
+    ways = [complex(*along) for along in (axes @ tangents).tolist()]
+    ways.append(complex(*(slip @ tangents).tolist()) / speed)
     # forward as the body has it: x and, where that is upright, y a quarter back
     forward = ways[0] - 1j * ways[1]
     size = abs(forward)
     forward = forward / size if size > 0.0 else 1.0 + 0.0j
-    quarter = np.angle(np.sum(ways**4) * np.conj(forward) ** 4) / 4.0
-    way = forward * np.exp(1j * quarter)
-    first = way.real * frame[1] + way.imag * frame[2]
-    return np.stack([frame[0], first, np.cross(frame[0], first)])
+    turned = sum(way**4 for way in ways) * forward.conjugate() ** 4
+    way = forward * cmath.exp(0.25j * cmath.phase(turned))
+    moving: FloatArray = frame.copy()
+    moving[1] = way.real * frame[1] + way.imag * frame[2]
+    moving[2] = way.real * frame[2] - way.imag * frame[1]
+    return moving

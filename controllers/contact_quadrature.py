@@ -9,8 +9,9 @@ once, and a finer mesh is a finer quadrature of the same mean (docs/method.md se
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +35,10 @@ bears nothing and one that bears the body; with 0.002 to 0.1 plans come as near 
 
 UPRIGHT_SHARE = 0.01
 """Least share of its area with which a node counts, so that a vertical face still has a mean."""
+
+
+DENSE = 20_000
+"""Entries up to which a matrix that is mostly zeros is kept whole: products then take less time."""
 
 
 class NearSurface(NamedTuple):
@@ -117,7 +122,7 @@ def _crosses(positions: FloatArray, faces: IntArray) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _faces_of(mesh: TetMesh, nodes: bytes) -> tuple[IntArray, sp.csr_array]:
+def _faces_of(mesh: TetMesh, nodes: bytes) -> tuple[IntArray, Any]:
     """Faces (f, 3) of a set of nodes, and the matrix (k, f) that shares them out.
 
     These are the surface's triangles within the set, so that a refined region has the same area;
@@ -134,4 +139,5 @@ def _faces_of(mesh: TetMesh, nodes: bytes) -> tuple[IntArray, sp.csr_array]:
     known = rows >= 0
     shape = (len(chosen), len(faces))
     entries = (np.full(int(known.sum()), 1.0 / 6.0), (rows[known], columns[known]))
-    return faces, sp.csr_array(entries, shape=shape)
+    gather = sp.csr_array(entries, shape=shape)
+    return faces, gather if math.prod(shape) > DENSE else gather.toarray()

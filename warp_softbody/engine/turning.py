@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_softbody.device.host_view import HostView
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.model import Model
@@ -90,6 +91,7 @@ class Turning:
         self._any = model.zeros(1, wp.int32)
         self._planned = False
         self._counted = model.array([1.0], wp.float64)
+        self._write_counted = HostView(self._counted).write
         # without pairs there are none, which kernels see
         self._pushes = model.zeros(n, vec3) if model.scene.has_pairs else None
         self._kinds = model.zeros(n, wp.int32)
@@ -105,7 +107,7 @@ class Turning:
         """Note whether the steps to come are planned; not to be captured."""
         if planned != self._planned:
             self._planned = planned
-            self._counted.assign([PLANNED_SHARE if planned else 1.0])
+            self._write_counted(np.array([PLANNED_SHARE if planned else 1.0]))
 
     def launch(self, state: State, contacts: Contacts, after: State, flown: Flown) -> None:
         """Launch the end of a step, whose straight path stands in ``after``."""
