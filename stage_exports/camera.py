@@ -39,14 +39,36 @@ class Camera:
     ) -> Camera:
         """The nearest camera that sees the whole box, with some air around it."""
         low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
-        forward = np.array(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
+        middle = (low + high) / 2.0
+        return cls.looking(
+            middle, cls.distance(low, high, aim=middle, aspect=aspect, margin=margin)
+        )
+
+    @classmethod
+    def looking(cls, aim: FloatArray, distance: float) -> Camera:
+        """A camera that looks at a point (3,) m from so far along the usual direction."""
+        forward = _forward()
+        return cls(eye=aim - distance * forward, forward=forward)
+
+    @staticmethod
+    def distance(
+        low: FloatArray, high: FloatArray, *, aim: FloatArray, aspect: float, margin: float
+    ) -> float:
+        """The least distance, m, from which one who looks at ``aim`` sees the whole box.
+
+        The picture is ``aspect`` times as wide as high and reaches ``margin`` times as far.
+        """
+        forward = _forward()
         right, up = picture_axes(forward)
         choose = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-        corners = np.where(choose == 0, low, high) - (low + high) / 2.0
+        corners = np.where(choose == 0, low, high) - aim
         slope = np.tan(np.radians(VERTICAL_FIELD) / 2.0)
         reach = np.maximum(np.abs(corners @ right) / aspect, np.abs(corners @ up)) * margin / slope
-        distance = float(np.max(reach - corners @ forward))
-        return cls(eye=(low + high) / 2.0 - distance * forward, forward=forward)
+        return float(np.max(reach - corners @ forward))
+
+
+def _forward() -> FloatArray:
+    return np.asarray(np.array(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION))
 
 
 def picture_axes(forward: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -21,6 +21,9 @@ CAMERA = f"{WORLD}/Camera"
 LIGHT = f"{WORLD}/Light"
 SKY = f"{WORLD}/Sky"
 MATERIALS = f"{WORLD}/Materials"
+PHYSICS = f"{WORLD}/Physics"
+
+TRANSFORM = "xformOp:transform"
 
 SKIN = "Skin"
 TETS = "Tets"
@@ -29,6 +32,7 @@ CONTACTS = "Contacts"
 PATCHES = "Patches"
 
 REST = "primvars:rest"
+VELOCITY = "primvars:velocity"
 ACTIVATION = "primvars:activation"
 CONTACT_MODE = "primvars:mode"
 CONTACT_FORCE = "primvars:force"
@@ -45,14 +49,34 @@ GROUND_ROWS = "softbody:rows"
 GROUND_ORIGIN = "softbody:origin"
 GROUND_SPACING = "softbody:spacing"
 
+MEANINGS = {
+    REST: "m, nodes at rest",
+    VELOCITY: "m/s, of the nodes at the time of the frame",
+    ACTIVATION: "rest length that each muscle segment pulls to over its own, 1 where it is slack",
+    CONTACT_MODE: "0 lifts off, 1 sticks, 2 slides",
+    CONTACT_FORCE: "N, on the node, a mean over the step before the frame",
+    CONTACT_NODE: "node of the body's Tets that touches; -1 where none is told",
+    CONTACT_PARTNER: "number of the body on the other side; -1 for the ground",
+    CONTACT_PARTNER_NODES: "nodes on the other side, corners of a triangle or ends of an edge; -1",
+    CONTACT_PARTNER_WEIGHTS: "place between the nodes on the other side, adding up to one",
+    GROUND_NORMAL: "unit normal of the ground, out of it",
+    GROUND_OFFSET: "m, distance of the plane from the origin along its normal",
+    GROUND_FRICTION: "Coulomb's coefficient",
+    GROUND_HEIGHTS: "m, heights of the field, row by row",
+    GROUND_ROWS: "number of rows of heights",
+    GROUND_ORIGIN: "m, x and y of the first height",
+    GROUND_SPACING: "m, between heights along x and y",
+}
+"""What the attributes of ours are, as their documentation says."""
+
 METADATA_KEY = "warpSoftbody"
-EXTENSIONS = (".usdc", ".usda", ".usd")
+EXTENSIONS = (".usdc", ".usda", ".usd", ".usdz")
 
 # Time codes are frame times in units of 1/fps; rounding hides the last bits of time * fps, so that
 # the third frame of a 30 Hz take stands at 3 and not at 3.0000000000000004.
 TIME_CODE_DIGITS = 6
 
-_TAKEN = {path.rsplit("/", 1)[1] for path in (GROUND, CAMERA, LIGHT, SKY, MATERIALS)}
+_TAKEN = {path.rsplit("/", 1)[1] for path in (GROUND, CAMERA, LIGHT, SKY, MATERIALS, PHYSICS)}
 
 
 def character_path(name: str) -> str:

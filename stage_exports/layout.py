@@ -10,6 +10,7 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.stage_exports.conventions import IntArray
+from warp_softbody.stage_exports.creases import cut_along_creases
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,7 +18,8 @@ class Layout:
     """Index sets that never change during a take.
 
     Attributes:
-        skin_nodes: (k,) mesh node behind each point of the skin, ascending.
+        skin_nodes: (k,) mesh node behind each point of the skin, ascending; a node on a sharp edge
+            has a point on each side of it.
         skin_faces: (f, 3) triangles over skin points, outward.
         segment_ends: (s, 2) rows of the character's fibre points that each muscle segment joins.
         fiber_vertices: (p, 3) m, vertices of all fibres at rest.
@@ -31,12 +33,12 @@ class Layout:
     @classmethod
     def of(cls, character: Character) -> Layout:
         """Collect the index sets of a character."""
-        surface = np.asarray(character.mesh.surface)
-        nodes, faces = np.unique(surface, return_inverse=True)
+        mesh = character.mesh
+        skin = cut_along_creases(np.asarray(mesh.points), np.asarray(mesh.surface))
         fibers = [fiber.vertices for fiber in character.fibers]
         return cls(
-            skin_nodes=nodes.astype(np.int32),
-            skin_faces=faces.reshape(surface.shape).astype(np.int32),
+            skin_nodes=skin.nodes,
+            skin_faces=skin.faces,
             segment_ends=segment_ends([len(vertices) for vertices in fibers]),
             fiber_vertices=np.concatenate([*fibers, np.zeros((0, 3))]),
         )

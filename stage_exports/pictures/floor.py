@@ -13,6 +13,7 @@ from warp_softbody.stage_exports import palette
 from warp_softbody.stage_exports.pictures import lighting
 from warp_softbody.stage_exports.pictures.raycast import Caster
 from warp_softbody.stage_exports.pictures.surface import normalized
+from warp_softbody.stage_exports.round_lengths import round_length
 from warp_softbody.world.ground import Plane
 
 BACKDROP = np.array([0.62, 0.66, 0.71])
@@ -148,6 +149,4 @@ def _light(body: Caster, points: FloatArray, floor: Floor) -> FloatArray:
 
 def grid_spacing(size: float) -> float:
     """A round length (1, 2 or 5 times a power of ten) near an eighth of the body."""
-    target = size / 8.0
-    power = 10.0 ** np.floor(np.log10(target))
-    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= target * 1.0001))
+    return round_length(size / 8.0)

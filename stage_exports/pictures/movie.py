@@ -6,6 +6,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
@@ -13,7 +14,8 @@ from warp_softbody.atomic_files import replacing
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.stage_exports.bodies import staged_bodies
-from warp_softbody.stage_exports.camera import Camera, start_box
+from warp_softbody.stage_exports.camera import Camera
+from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice, camera_path
 from warp_softbody.stage_exports.conventions import checked_target
 from warp_softbody.stage_exports.pictures.encoders import Encoder, check_movie, open_encoder
 from warp_softbody.stage_exports.pictures.picture import Size, checked_size
@@ -26,8 +28,8 @@ from warp_softbody.world.scene import Scene
 class Movie:
     """Draws a movie by frames: `with Movie("balance.mp4", scene) as movie: movie.write(frame)`.
 
-    The camera stands still. At the end, also after an exception, the frames so far replace an older
-    file in one step; without a frame nothing is left behind.
+    The camera follows the bodies unless it is told otherwise. At the end, also after an exception,
+    the frames so far replace an older file in one step; without a frame nothing is left behind.
     """
 
     def __init__(
@@ -38,6 +40,7 @@ class Movie:
         fps: float = 30.0,
         size: Size = (640, 480),
         bounds: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+        camera: CameraChoice = FOLLOW,
     ) -> None:
         """Check everything that can be checked before the first frame.
 
@@ -46,8 +49,13 @@ class Movie:
             scene: what the frames are snapshots of.
             fps: frames per second of the movie; a GIF keeps it to a hundredth of a second a frame.
             size: width and height, pixels; even numbers for an .mp4.
-            bounds: lowest and highest corner of what the camera must see, m; None for the start
-                pose with some room.
+            bounds: lowest and highest corner of what a camera that stands still must see, m; None
+                for the start pose with some room.
+            camera: as for a `StageWriter`; with ``bounds`` it stands still.
+
+        Raises:
+            InputError: a value is none of these.
+            OutputError: the path cannot be written.
         """
         self._target = checked_target(path, extensions=(".gif", ".mp4"))
         checks.instance("scene of a Movie", scene, Scene)
@@ -56,10 +64,12 @@ class Movie:
         if self._target.suffix.lower() == ".mp4" and (size[0] % 2 or size[1] % 2):
             raise InputError(f"an .mp4 needs an even width and height, got {size!r}")
         self._bodies = staged_bodies(scene)
-        box = start_box(scene.whole.mesh.points) if bounds is None else _checked_box(bounds)
-        camera = Camera.framing(*box, aspect=size[0] / size[1])
-        subject = Subject.of_bodies(self._bodies, scene.ground)
-        self._renderer = Renderer(subject, camera, size)
+        start, aspect = np.asarray(scene.whole.mesh.points), size[0] / size[1]
+        if bounds is not None:
+            camera = Camera.framing(*_checked_box(bounds), aspect=aspect)
+        self._camera = camera_path("camera of a Movie", camera, start, aspect)
+        view = camera_path("camera of a Movie", camera, start, aspect).at(0.0, start)
+        self._renderer = Renderer(Subject.of_bodies(self._bodies, scene.ground), view, size)
         self._fps = float(fps)
         self._file = ExitStack()
         self._path = self._target
@@ -76,6 +86,8 @@ class Movie:
         checks.instance("frame of a Movie", frame, Frame)
         if self._closed:
             raise OutputError(f"{str(self._target)!r} is closed; no frame can be added")
+        if self._camera.moves:
+            self._renderer.look(self._camera.at(frame.time, frame.positions))
         image = self._renderer.draw(Pose.of_frame(frame, self._bodies))
         try:
             if self._writer is None:

@@ -23,19 +23,23 @@ _BORDER = 8
 
 
 class Renderer:
-    """Draws poses of one subject through one camera that stands still."""
+    """Draws poses of one subject through a camera, which may be moved between them."""
 
     def __init__(self, subject: Subject, camera: Camera, size: tuple[int, int]) -> None:
         """Prepare what all frames share."""
         self._subject = subject
-        self._camera = camera
         self._width, self._height = size
-        self._pixel = 2.0 * np.tan(np.radians(camera.vertical_field) / 2.0) / self._height
         self._normals = CornerNormals(subject.rest, subject.faces)
         self._floor = None
         if subject.ground is not None:
             self._floor = make_floor(subject.ground, subject.rest, subject.size)
         self._rows, self._columns = np.divmod(np.arange(self._width * self._height), self._width)
+        self.look(camera)
+
+    def look(self, camera: Camera) -> None:
+        """Draw through this camera from now on; poses that share one see the floor once."""
+        self._camera = camera
+        self._pixel = 2.0 * np.tan(np.radians(camera.vertical_field) / 2.0) / self._height
         self._directions = self._through(self._rows, self._columns)
         self._rays = self._see_floor(self._directions)
 

@@ -8,9 +8,8 @@ from scipy import sparse
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.stage_exports.conventions import IntArray
+from warp_softbody.stage_exports.creases import CREASE_DEGREES
 
-# Faces that meet at more than this angle at rest keep a sharp edge between them.
-_CREASE_DEGREES = 40.0
 _TUBE_SIDES = 6
 
 
@@ -45,7 +44,7 @@ class CornerNormals:
         columns = order[np.repeat(starts[corners], counts) + within] // 3
         normals = normalized(face_normals(rest, faces))
         cosines = np.einsum("ij,ij->i", normals[rows // 3], normals[columns])
-        smooth = cosines > np.cos(np.radians(_CREASE_DEGREES))
+        smooth = cosines > np.cos(np.radians(CREASE_DEGREES))
         self._join = sparse.csr_matrix(
             (np.ones(int(smooth.sum())), (rows[smooth], columns[smooth])),
             shape=(len(corners), len(faces)),

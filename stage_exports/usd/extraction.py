@@ -146,7 +146,7 @@ def _body(body: Any, path: str) -> StoredBody:
         rest=_value(tets, conventions.REST),
         tets=_value(tets, "tetVertexIndices"),
         tet_points=_series(tets, "points", codes),
-        velocities=_series(tets, "velocities", codes),
+        velocities=_series(tets, _velocity_name(tets), codes),
         skin_rest=_value(skin, "points"),
         skin_points=_series(skin, "points", codes),
         skin_faces=_value(skin, "faceVertexIndices"),
@@ -181,22 +181,31 @@ def _series(prim: Any, name: str, codes: list[float]) -> Array:
     return np.stack(arrays)
 
 
+def _velocity_name(tets: Any) -> str:
+    """Where velocities are: stages of older versions have them as USD's own."""
+    return conventions.VELOCITY if tets.HasAttribute(conventions.VELOCITY) else "velocities"
+
+
 def _contacts(prim: Any, codes: list[float]) -> StoredContacts | None:
     if not prim:
         return None
+    rows = [_contact_values(prim, code) for code in codes]
+    told = {name: path for name, path in PARTNER_PRIMVARS.items() if prim.HasAttribute(path)}
     return StoredContacts(
-        points=[_value(prim, "points", code) for code in codes],
-        modes=[_value(prim, conventions.CONTACT_MODE, code) for code in codes],
-        forces=[_value(prim, conventions.CONTACT_FORCE, code) for code in codes],
-        partners=[_partners(prim, code) for code in codes],
+        points=[row["points"] for row in rows],
+        modes=[row[conventions.CONTACT_MODE] for row in rows],
+        forces=[row[conventions.CONTACT_FORCE] for row in rows],
+        partners=[{name: row[path] for name, path in told.items()} for row in rows],
     )
 
 
-def _partners(prim: Any, code: float) -> dict[str, Array]:
-    """Nodes and other sides of contacts, where a stage tells them."""
-    if not prim.HasAttribute(conventions.CONTACT_PARTNER):
-        return {}
-    return {name: _value(prim, attribute, code) for name, attribute in PARTNER_PRIMVARS.items()}
+def _contact_values(prim: Any, code: float) -> dict[str, Array]:
+    """What is told of the contacts of a frame; a point without width stands where there is none."""
+    names = ["points", conventions.CONTACT_MODE, conventions.CONTACT_FORCE]
+    names += [path for path in PARTNER_PRIMVARS.values() if prim.HasAttribute(path)]
+    real = _value(prim, "widths", code) != 0.0
+    stored = {name: _value(prim, name, code) for name in names}
+    return {name: rows[real] if len(rows) == len(real) else rows for name, rows in stored.items()}
 
 
 def _ground(prim: Any) -> dict[str, Array] | None:

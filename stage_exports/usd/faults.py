@@ -129,9 +129,9 @@ def _check_sample(prim: Any, code: Any) -> Iterator[str]:
         or not _same_box(stored, _expected_extent(prim, points, code))
     ):
         yield f"{place} has an extent that is not the box of its points"
-    velocities = UsdGeom.PointBased(prim).GetVelocitiesAttr().Get(code)
-    if velocities is not None and len(velocities) != len(points):
-        yield f"{place} has {len(velocities)} velocities for {len(points)} points"
+    velocity = prim.GetAttribute(conventions.VELOCITY)
+    if velocity and len(velocity.Get(code)) != len(points):
+        yield f"{place} has {len(velocity.Get(code))} velocities for {len(points)} points"
     for name in _INDICES:
         indices = np.asarray(prim.GetAttribute(name).Get() or values.integers([]))
         if indices.size and not (0 <= indices.min() and indices.max() < len(points)):

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Sdf, UsdGeom, UsdShade, Vt
 
-from warp_softbody.arrays import FloatArray
+from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports import conventions, palette
 from warp_softbody.stage_exports.conventions import IntArray
+from warp_softbody.stage_exports.round_lengths import round_length
 from warp_softbody.stage_exports.usd import usd_arrays as values
 from warp_softbody.stage_exports.usd.stored_arrays import indices
 from warp_softbody.world.ground import Ground, Plane
@@ -21,11 +22,18 @@ from warp_softbody.world.scene import Scene
 from warp_softbody.world.triangle_ground import TriangleGround
 
 _TYPES = Sdf.ValueTypeNames
+_SHADES = ("Light", "Dark")
+
+_TILE = 0.5
+"""Side of a tile over the bodies' longest, before it is rounded down."""
+
+_REACH, _MOST_TILES = 10.0, 40
+"""Half the side of the tiled square over the bodies' longest, and tiles along it at most."""
 
 
-def define_ground(stage: Any, scene: Scene, ground: Ground, material: Any) -> None:
-    """A large square of a plane under the bodies, or the triangles of any other ground."""
-    points, faces = _surface(scene, ground)
+def define_ground(stage: Any, scene: Scene, ground: Ground, materials: tuple[Any, Any]) -> None:
+    """Tiles of a plane under the bodies, or the triangles of any other ground, in two shades."""
+    points, faces, dark = _surface(scene, ground)
     mesh = UsdGeom.Mesh.Define(stage, conventions.GROUND)
     stored = values.vectors(points)
     mesh.CreatePointsAttr(stored)
@@ -33,11 +41,41 @@ def define_ground(stage: Any, scene: Scene, ground: Ground, material: Any) -> No
     mesh.CreateFaceVertexCountsAttr(values.integers(np.full(len(faces), faces.shape[1])))
     mesh.CreateFaceVertexIndicesAttr(values.integers(faces))
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateDisplayColorAttr([Gf.Vec3f(*palette.GROUND)])
+    flat = isinstance(ground, Plane)
+    normals = [ground.normal] if flat else _normals(points, faces)
+    mesh.CreateNormalsAttr(values.vectors(normals))
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.constant if flat else UsdGeom.Tokens.uniform)
+    shades = np.where(dark[:, None], palette.GROUND_DARK, palette.GROUND)
+    mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).Set(values.vectors(shades))
     prim = mesh.GetPrim()
     for name, type_name, value in _numbers(ground):
-        prim.CreateAttribute(name, type_name, custom=True).Set(value)
-    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
+        attribute = prim.CreateAttribute(name, type_name, custom=True)
+        attribute.Set(value)
+        attribute.SetDocumentation(conventions.MEANINGS[name])
+    _bind(prim, materials, dark)
+
+
+def _bind(prim: Any, materials: tuple[Any, Any], dark: BoolArray) -> None:
+    """The first material for the whole, and each for the faces of its shade."""
+    binding = UsdShade.MaterialBindingAPI.Apply(prim)
+    binding.Bind(materials[0])
+    if not dark.any():
+        return
+    for name, material, chosen in zip(_SHADES, materials, (~dark, dark), strict=True):
+        faces = values.integers(np.flatnonzero(chosen))
+        subset = binding.CreateMaterialBindSubset(name, faces, UsdGeom.Tokens.face)
+        UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
+    binding.SetMaterialBindSubsetsFamilyType(UsdGeom.Tokens.partition)
+
+
+def _normals(points: FloatArray, faces: IntArray) -> FloatArray:
+    """(f, 3) unit normals of flat faces of three or four corners."""
+    diagonals = (
+        points[faces[:, 2]] - points[faces[:, 0]],
+        points[faces[:, -1]] - points[faces[:, 1]],
+    )
+    crossed = np.cross(*diagonals)
+    return np.asarray(crossed / np.linalg.norm(crossed, axis=1, keepdims=True))
 
 
 def read_ground(stored: Mapping[str, npt.NDArray[Any]] | None) -> Ground | None:
@@ -88,10 +126,12 @@ def surface_of(ground: Ground) -> tuple[FloatArray, IntArray]:
     raise InputError(f"a stage cannot show a ground of the type {type(ground).__name__}")
 
 
-def _surface(scene: Scene, ground: Ground) -> tuple[FloatArray, IntArray]:
+def _surface(scene: Scene, ground: Ground) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Points, faces, and which faces are dark."""
     if isinstance(ground, Plane):
-        return _square(scene, ground), np.array([[0, 1, 2, 3]], dtype=np.int32)
-    return surface_of(ground)
+        return _tiles(scene, ground)
+    points, faces = surface_of(ground)
+    return points, faces, np.zeros(len(faces), dtype=bool)
 
 
 def _numbers(ground: Ground) -> list[tuple[str, Any, Any]]:
@@ -112,19 +152,37 @@ def _numbers(ground: Ground) -> list[tuple[str, Any, Any]]:
     return numbers
 
 
-def _square(scene: Scene, plane: Plane) -> FloatArray:
-    """Corners, counter-clockwise seen from above, around the bodies' shadow on the plane."""
+def _tiles(scene: Scene, plane: Plane) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Square tiles of a round length around the bodies' shadow on the plane, light and dark.
+
+    Corners run counter-clockwise seen from above.
+    """
     points = np.asarray(scene.whole.mesh.points)
     normal = np.array(plane.normal)
+    size = float(np.ptp(points, axis=0).max())
+    side = round_length(_TILE * size)
+    count = 2 * max(1, round(max(5.0, _REACH * size) / side))
+    count = min(count, _MOST_TILES)
+    first, second = _axes(normal)
     middle = points.mean(axis=0)
-    middle -= (middle @ normal - plane.offset) * normal
-    half = max(5.0, 10.0 * float(np.ptp(points, axis=0).max()))
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = np.cross(helper, normal)
+    # tiles begin at the foot of the origin, so that their edges tell distances
+    corner = [np.floor(middle @ axis / side) - count // 2 for axis in (first, second)]
+    ticks = [side * (start + np.arange(count + 1)) for start in corner]
+    across, along = (grid.reshape(-1, 1) for grid in np.meshgrid(*ticks, indexing="ij"))
+    made = plane.offset * normal + across * first + along * second
+    rows, columns = (grid.reshape(-1) for grid in np.indices((count, count)))
+    start = rows * (count + 1) + columns
+    faces = np.stack([start, start + count + 1, start + count + 2, start + 1], axis=1)
+    dark = (rows + columns + int(corner[0] + corner[1])) % 2 == 1
+    return made, faces.astype(np.int32), dark
+
+
+def _axes(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors along a plane, right-handed with its normal; the first along x where it can."""
+    helper = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    first = helper - (helper @ normal) * normal
     first /= np.linalg.norm(first)
-    second = np.cross(normal, first)
-    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    return np.array([middle + half * (a * first + b * second) for a, b in signs])
+    return first, np.cross(normal, first)
 
 
 def _triple(value: npt.ArrayLike) -> tuple[float, float, float]:

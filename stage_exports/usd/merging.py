@@ -11,6 +11,7 @@ from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.usd import watchdog
 
 STATIC = "static.usdc"
+PACKED = ".usdz"
 
 
 def closed_chunks(folder: Path) -> list[Path]:
@@ -51,11 +52,26 @@ def export(layer: Any, target: str) -> None:
     Raises:
         OSError: it could not be written.
     """
+    path = Path(target)
+    packed = path.suffix == PACKED
+    inner = path.with_name(f"{path.stem}.usdc") if packed else path
     try:
-        if not layer.Export(target):
+        if not layer.Export(str(inner)):
             raise OSError("USD could not export the layer")
+        if packed:
+            _pack(inner, path)
     except Tf.ErrorException as error:
         raise OSError(reason(error)) from error
+
+
+def _pack(inner: Path, target: Path) -> None:
+    """Put a layer into an uncompressed archive of the kind that .usdz is."""
+    archive = Sdf.ZipFileWriter.CreateNew(str(target))
+    added = archive.AddFile(str(inner), inner.name)
+    archive.Save()
+    inner.unlink()
+    if not added:
+        raise OSError("USD could not pack the layer")
 
 
 def reason(error: Exception) -> str:

@@ -9,8 +9,10 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade
 
 from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.bodies import StagedBody
+from warp_softbody.stage_exports.creases import point_normals
 from warp_softbody.stage_exports.palette import activation_colors
 from warp_softbody.stage_exports.usd import usd_arrays as values
+from warp_softbody.world.frame import GROUND
 
 # Drawn widths, as parts of the diagonal of the body's box.
 _FIBER_WIDTH = 0.010
@@ -18,24 +20,27 @@ _CONTACT_WIDTH = 0.018
 
 
 def define_body(stage: Any, body: StagedBody, material: Any) -> None:
-    """Author a body's prim with what it has; no muscles, no fibres."""
+    """Author a body's prim with what it has; no muscles, no fibres.
+
+    Fibres and contacts have no material, so that viewers draw them in their own colours, which
+    change: few read those through a material.
+    """
     path = conventions.character_path(body.character.name)
     model = UsdGeom.Xform.Define(stage, path)
-    Usd.ModelAPI(model).SetKind(Kind.Tokens.component)
+    model = Usd.ModelAPI(model)
+    model.SetKind(Kind.Tokens.component)
+    model.SetAssetName(body.character.name)
     skin = _define_skin(stage, f"{path}/{conventions.SKIN}", body)
-    shown = [skin]
+    UsdShade.MaterialBindingAPI.Apply(skin.GetPrim()).Bind(material)
     _define_tets(stage, f"{path}/{conventions.TETS}", body)
     if body.character.segment_count:
-        shown.append(_define_fibers(stage, f"{path}/{conventions.FIBERS}", body))
+        _define_fibers(stage, f"{path}/{conventions.FIBERS}", body)
     if body.touches:
-        shown.append(_define_contacts(stage, f"{path}/{conventions.CONTACTS}"))
-        _define_partners(shown[-1])
+        contacts = _define_contacts(stage, f"{path}/{conventions.CONTACTS}", body)
+        _define_partners(contacts)
     if body.plans:
-        patches = _define_contacts(stage, f"{path}/{conventions.PATCHES}")
+        patches = _define_contacts(stage, f"{path}/{conventions.PATCHES}", body)
         patches.CreatePurposeAttr(UsdGeom.Tokens.guide)
-        shown.append(patches)
-    for prim in shown:
-        UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
 
 
 def fiber_width(body: StagedBody) -> float:
@@ -57,6 +62,9 @@ def _define_skin(stage: Any, path: str, body: StagedBody) -> Any:
     skin.CreateFaceVertexCountsAttr(values.integers(np.full(len(layout.skin_faces), 3)))
     skin.CreateFaceVertexIndicesAttr(values.integers(layout.skin_faces))
     skin.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    rest = np.asarray(body.character.mesh.points[layout.skin_nodes])
+    skin.CreateNormalsAttr(values.vectors(point_normals(layout.skin_faces, rest)))
+    skin.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     skin.CreateDisplayColorAttr([Gf.Vec3f(*body.character.color)])
     return skin
 
@@ -71,6 +79,9 @@ def _define_tets(stage: Any, path: str, body: StagedBody) -> Any:
     tets.CreateSurfaceFaceVertexIndicesAttr(values.triples(mesh.surface))
     tets.CreatePurposeAttr(UsdGeom.Tokens.guide)
     _primvar(tets, conventions.REST, Sdf.ValueTypeNames.Point3fArray, "vertex").Set(points)
+    _primvar(tets, conventions.VELOCITY, Sdf.ValueTypeNames.Vector3fArray, "vertex").Set(
+        values.vectors(np.zeros(mesh.points.shape))
+    )
     return tets
 
 
@@ -96,35 +107,46 @@ def _define_fibers(stage: Any, path: str, body: StagedBody) -> Any:
     return fibers
 
 
-def _define_contacts(stage: Any, path: str) -> Any:
-    """No contact at rest. Frames bring a width a point: USD computes no extent from one for all."""
+def _define_contacts(stage: Any, path: str, body: StagedBody) -> Any:
+    """No contact at rest, which is one point without width: few viewers bear a set without any.
+
+    Frames bring a width a point: USD computes no extent from one for all.
+    """
     contacts = UsdGeom.Points.Define(stage, path)
-    empty = values.vectors(np.zeros((0, 3)))
-    contacts.CreatePointsAttr(empty)
-    contacts.CreateExtentAttr(values.extent(empty))
-    contacts.CreateWidthsAttr(values.floats([]))
-    contacts.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(empty)
+    point = values.vectors(np.asarray(body.character.mesh.points).mean(axis=0, keepdims=True))
+    zero = values.vectors(np.zeros((1, 3)))
+    contacts.CreatePointsAttr(point)
+    contacts.CreateExtentAttr(values.extent(point))
+    contacts.CreateWidthsAttr(values.floats([0.0]))
+    contacts.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
+    contacts.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(zero)
     mode = Sdf.ValueTypeNames.IntArray
-    _primvar(contacts, conventions.CONTACT_MODE, mode, "vertex").Set(values.integers([]))
+    _primvar(contacts, conventions.CONTACT_MODE, mode, "vertex").Set(values.integers([0]))
     force = Sdf.ValueTypeNames.Vector3fArray
-    _primvar(contacts, conventions.CONTACT_FORCE, force, "vertex").Set(empty)
+    _primvar(contacts, conventions.CONTACT_FORCE, force, "vertex").Set(zero)
     return contacts
 
 
 def _define_partners(contacts: Any) -> None:
-    for name, kind, empty in (
-        (conventions.CONTACT_NODE, Sdf.ValueTypeNames.IntArray, values.integers([])),
-        (conventions.CONTACT_PARTNER, Sdf.ValueTypeNames.IntArray, values.integers([])),
-        (conventions.CONTACT_PARTNER_NODES, Sdf.ValueTypeNames.Int3Array, values.triples([])),
+    for name, kind, none in (
+        (conventions.CONTACT_NODE, Sdf.ValueTypeNames.IntArray, values.integers([-1])),
+        (conventions.CONTACT_PARTNER, Sdf.ValueTypeNames.IntArray, values.integers([GROUND])),
+        (
+            conventions.CONTACT_PARTNER_NODES,
+            Sdf.ValueTypeNames.Int3Array,
+            values.triples([[-1, -1, -1]]),
+        ),
         (
             conventions.CONTACT_PARTNER_WEIGHTS,
             Sdf.ValueTypeNames.Float3Array,
-            values.vectors(np.zeros((0, 3))),
+            values.vectors(np.zeros((1, 3))),
         ),
     ):
-        _primvar(contacts, name, kind, "vertex").Set(empty)
+        _primvar(contacts, name, kind, "vertex").Set(none)
 
 
 def _primvar(prim: Any, name: str, type_name: Any, interpolation: str) -> Any:
     short = name.removeprefix("primvars:")
-    return UsdGeom.PrimvarsAPI(prim).CreatePrimvar(short, type_name, interpolation)
+    made = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(short, type_name, interpolation)
+    made.GetAttr().SetDocumentation(conventions.MEANINGS[name])
+    return made

@@ -15,9 +15,11 @@ from warp_softbody.body.character import Character
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.stage_exports.bodies import StagedBody
+from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.conventions import character_path
 from warp_softbody.stage_exports.usd.chunks import USD
 from warp_softbody.stage_exports.usd.merging import export, reason
+from warp_softbody.stage_exports.usd.physics_names import Profile
 from warp_softbody.stage_exports.usd.static_layer import static_layer
 from warp_softbody.world.scene import Scene
 
@@ -30,6 +32,8 @@ def checked_static_layer(
     bodies: Sequence[StagedBody],
     fps: float,
     metadata: Mapping[str, str | float],
+    view: Camera,
+    profile: Profile,
     folder: Path,
 ) -> Any:
     """What of a take does not move, as a layer that was written to a folder once, as a trial.
@@ -42,7 +46,7 @@ def checked_static_layer(
         _check_character(character)
     try:
         with USD:
-            layer = static_layer(scene, bodies, fps, metadata)
+            layer = static_layer(scene, bodies, fps, metadata, view, profile)
     except InputError:
         raise
     except (Tf.ErrorException, TypeError, ValueError, OverflowError) as error:

@@ -8,8 +8,11 @@ from typing import Any
 from pxr import Sdf, Usd
 
 from warp_softbody.stage_exports.bodies import StagedBody
+from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.usd import surroundings
 from warp_softbody.stage_exports.usd.grounds import define_ground
+from warp_softbody.stage_exports.usd.physics import define_physics
+from warp_softbody.stage_exports.usd.physics_names import Profile
 from warp_softbody.stage_exports.usd.prims import define_body
 from warp_softbody.world.scene import Scene
 
@@ -19,6 +22,8 @@ def static_layer(
     bodies: Sequence[StagedBody],
     fps: float,
     metadata: Mapping[str, str | float],
+    view: Camera,
+    profile: Profile,
 ) -> Any:
     """Everything of a stage but its time samples.
 
@@ -27,13 +32,12 @@ def static_layer(
     """
     layer = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(layer)
-    surroundings.define_root(stage, fps, metadata)
-    flesh = surroundings.define_material(stage, "Body", roughness=0.45)
+    surroundings.define_root(stage, bodies[0].character.name, fps, metadata)
     for body in bodies:
-        define_body(stage, body, flesh)
+        define_body(stage, body, surroundings.define_skin_material(stage, body))
     if scene.ground is not None:
-        matt = surroundings.define_material(stage, "Ground", roughness=0.9)
-        define_ground(stage, scene, scene.ground, matt)
-    surroundings.define_camera(stage, scene)
+        define_ground(stage, scene, scene.ground, surroundings.define_ground_materials(stage))
+    surroundings.define_camera(stage, view)
     surroundings.define_lights(stage)
+    define_physics(stage, scene, bodies, profile)
     return layer

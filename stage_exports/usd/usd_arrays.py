@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pxr import UsdGeom, Vt
+from pxr import Gf, UsdGeom, Vt
+
+from warp_softbody.stage_exports.camera import Camera
 
 
 def vectors(array: npt.ArrayLike) -> Any:
@@ -32,6 +34,15 @@ def triples(array: npt.ArrayLike) -> Any:
 def quadruples(array: npt.ArrayLike) -> Any:
     """(n, 4) whole numbers as int4 array."""
     return Vt.Vec4iArray.FromNumpy(np.ascontiguousarray(array, dtype=np.int32))
+
+
+def placed(camera: Camera) -> Any:
+    """Where a camera stands, as the matrix of its prim: it looks along minus z, y upwards."""
+    right, up = camera.axes
+    matrix = np.eye(4)
+    matrix[:3, :3] = right, up, -camera.forward
+    matrix[3, :3] = camera.eye
+    return Gf.Matrix4d(*matrix.reshape(-1).tolist())
 
 
 def extent(points: Any, width: float = 0.0) -> Any:

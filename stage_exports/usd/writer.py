@@ -9,14 +9,19 @@ from threading import RLock
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+
 from warp_softbody.errors import OutputError
 from warp_softbody.inputs import checks
 from warp_softbody.stage_exports.bodies import staged_bodies
+from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice, camera_path
 from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
 from warp_softbody.stage_exports.usd.chunks import USD, ChunkFolder
 from warp_softbody.stage_exports.usd.frame_checks import checked_time_code, owned
+from warp_softbody.stage_exports.usd.physics_names import PROFILES, Profile
 from warp_softbody.stage_exports.usd.samples import TimedFrame, sample_layer
 from warp_softbody.stage_exports.usd.scene_checks import checked_metadata, checked_static_layer
+from warp_softbody.stage_exports.usd.surroundings import ASPECT
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.scene import Scene
 
@@ -43,16 +48,22 @@ class StageWriter:
         overwrite: bool = True,
         metadata: Mapping[str, str | float] | None = None,
         chunk_frames: int = 120,
+        camera: CameraChoice = FOLLOW,
+        physics: Profile = "newton",
     ) -> None:
         """Check everything that can be checked before the first frame; leave nothing on the disk.
 
         Args:
-            path: target, ending in .usdc, .usda or .usd.
+            path: target, ending in .usdc, .usda, .usd or .usdz.
             scene: what the frames are snapshots of.
             fps: time codes per second; a frame stands at its own time times fps.
             overwrite: replace an existing file; otherwise it is an OutputError.
             metadata: kept in the stage's customLayerData, by name.
             chunk_frames: frames held in memory at most.
+            camera: "follow" keeps the bodies in the picture, "still" frames the start pose; or a
+                `Camera`, or the place (x, y, z) m of one that looks at the start pose.
+            physics: names under which other programs find what the bodies are made of: "newton",
+                "omni" or "none" (`physics_names.py`).
 
         Raises:
             InputError: an option or a part of the scene cannot be stored.
@@ -60,6 +71,7 @@ class StageWriter:
         """
         fps = checks.number("fps of a StageWriter", fps, above=0.0, unit="1/s")
         chunk_frames = checks.whole("chunk_frames of a StageWriter", chunk_frames, low=1)
+        checks.choice("physics of a StageWriter", physics, PROFILES)
         checks.truth("overwrite of a StageWriter", overwrite)
         checks.instance("scene of a StageWriter", scene, Scene)
         self._fps = fps
@@ -67,8 +79,12 @@ class StageWriter:
         self._bodies = staged_bodies(scene)
         self._chunk_frames = chunk_frames
         kept = checked_metadata({} if metadata is None else metadata)
-        where = self._path.parent
-        self._static: Any = checked_static_layer(scene, self._bodies, self._fps, kept, where)
+        start = np.asarray(scene.whole.mesh.points)
+        self._camera = camera_path("camera of a StageWriter", camera, start, ASPECT)
+        view = camera_path("camera of a StageWriter", camera, start, ASPECT).at(0.0, start)
+        self._static: Any = checked_static_layer(
+            scene, self._bodies, self._fps, kept, view, physics, self._path.parent
+        )
         self._chunks = ChunkFolder(self._path, overwrite=overwrite)
         self._pending: list[TimedFrame] = []
         self._stored = 0
@@ -94,7 +110,8 @@ class StageWriter:
             time_code = checked_time_code(frame, self._fps, self._last_time_code)
             own = owned(frame, self._bodies)
             self._chunks.begin()
-            self._pending.append(TimedFrame(time_code, own))
+            view = self._camera.at(time_code / self._fps, own.positions)
+            self._pending.append(TimedFrame(time_code, own, view if self._camera.moves else None))
             self._last_time_code = time_code
             if len(self._pending) >= self._chunk_frames:
                 self._flush()

@@ -15,6 +15,7 @@ from warp_softbody import Simulation
 from warp_softbody.cli.recorder import Recorder
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports import StageWriter, body_names, measure, read_take, validate
+from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.world.joined_bodies import Body
 from warp_softbody.world.scene import Scene
 
@@ -36,7 +37,7 @@ def test_each_body_reads_back_what_was_its_own(crowd: Scene, write_crowd: Any) -
                 take.velocities[index], np.float32(frame.velocities[part.nodes])
             )
             np.testing.assert_array_equal(
-                take.skin_points[index], np.float32(own[character.mesh.surface_nodes])
+                take.skin_points[index], np.float32(own[Layout.of(character).skin_nodes])
             )
             np.testing.assert_array_equal(
                 take.activations[index], np.float32(frame.activations[part.segments])
@@ -147,7 +148,7 @@ def test_another_program_reads_every_skin(crowd: Scene, write_crowd: Any) -> Non
         samples = skin.get_attribute_timesamples("points")
         assert [code for code, _ in samples] == list(range(FRAMES))
         for code, points in samples:
-            surface = character.mesh.points[character.mesh.surface_nodes]
+            surface = character.mesh.points[Layout.of(character).skin_nodes]
             expected = moved(character, surface, code / 30.0)
             np.testing.assert_array_equal(np.asarray(points), np.float32(expected))
 

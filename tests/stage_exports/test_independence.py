@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from warp_softbody import stage_exports
+from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.world.scene import Scene
 
 
@@ -18,7 +19,7 @@ def test_tinyusdz_reads_the_same_skin(scene: Scene, make_frames: Any, write_take
     tinyusdz = pytest.importorskip("tinyusdz")
     skin = tinyusdz.load(str(write_take())).get_prim_at_path("/World/block/Skin")
     samples = skin.get_attribute_timesamples("points")
-    nodes = np.unique(scene.character.mesh.surface)
+    nodes = Layout.of(scene.character).skin_nodes
     frames = list(make_frames(scene))
     assert [code for code, _ in samples] == [float(frame.index) for frame in frames]
     for (_, points), frame in zip(samples, frames, strict=True):

@@ -11,6 +11,7 @@ import pytest
 from pxr import Kind, Usd, UsdGeom, UsdLux, UsdShade
 
 from warp_softbody.stage_exports import StageWriter
+from warp_softbody.stage_exports.conventions import MEANINGS
 from warp_softbody.world.scene import Scene
 
 
@@ -42,7 +43,7 @@ def test_skin_is_the_compacted_surface(stage: Any, scene: Scene) -> None:
     assert np.unique(faces).tolist() == list(range(len(rest)))
     assert skin.GetSubdivisionSchemeAttr().Get() == "none"
     bound, _ = UsdShade.MaterialBindingAPI(skin).ComputeBoundMaterial()
-    assert bound.GetPath() == "/World/Materials/Body"
+    assert bound.GetPath() == "/World/Materials/block"
 
 
 def test_tets_carry_rest_and_surface(stage: Any, scene: Scene) -> None:
@@ -58,15 +59,43 @@ def test_tets_carry_rest_and_surface(stage: Any, scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("name", ["Skin", "Tets"])
-def test_moving_points_have_velocity_and_extent(stage: Any, name: str) -> None:
+def test_moving_points_have_an_extent(stage: Any, name: str) -> None:
     prim = UsdGeom.PointBased(stage.GetPrimAtPath(f"/World/block/{name}"))
     assert prim.GetPointsAttr().GetTypeName() == "point3f[]"
-    for attribute in (prim.GetPointsAttr(), prim.GetVelocitiesAttr(), prim.GetExtentAttr()):
+    for attribute in (prim.GetPointsAttr(), prim.GetExtentAttr()):
         assert attribute.GetTimeSamples() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
-    points = np.array([prim.GetPointsAttr().Get(code) for code in (2, 3, 4)])
+
+
+@pytest.mark.parametrize("name", ["Skin", "Tets"])
+def test_between_frames_points_are_on_the_line_between_them(stage: Any, name: str) -> None:
+    """Readers would follow authored velocities through the ground instead."""
+    prim = UsdGeom.PointBased(stage.GetPrimAtPath(f"/World/block/{name}"))
+    before, between, after = (
+        np.array(prim.ComputePointsAtTime(code, Usd.TimeCode(code))) for code in (2.0, 2.5, 3.0)
+    )
+    np.testing.assert_allclose(between, (before + after) / 2.0, atol=1e-7)
+
+
+def test_nodes_carry_their_velocities(stage: Any) -> None:
+    tets = UsdGeom.TetMesh(stage.GetPrimAtPath("/World/block/Tets"))
+    points = [np.array(tets.GetPointsAttr().Get(code)) for code in (2, 3, 4)]
     by_difference = (points[2] - points[0]) * 15.0
-    velocities = np.array(prim.GetVelocitiesAttr().Get(3))
+    velocities = np.array(UsdGeom.PrimvarsAPI(tets).GetPrimvar("velocity").Get(3))
     np.testing.assert_allclose(velocities, by_difference, atol=5e-3 * np.abs(velocities).max())
+
+
+def test_normals_are_those_of_the_faces_and_edges_stay_sharp(stage: Any) -> None:
+    """A block has flat faces and right angles: each point's normal is that of its face."""
+    skin = UsdGeom.Mesh(stage.GetPrimAtPath("/World/block/Skin"))
+    assert skin.GetNormalsInterpolation() == "vertex"
+    faces = np.array(skin.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    for code in (Usd.TimeCode.Default(), 0.0):
+        points = np.array(skin.GetPointsAttr().Get(code), dtype=np.float64)
+        a, b, c = (points[faces[:, corner]] for corner in range(3))
+        flat = np.cross(b - a, c - a)
+        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+        normals = np.array(skin.GetNormalsAttr().Get(code))
+        np.testing.assert_allclose(normals[faces], np.repeat(flat[:, None], 3, 1), atol=2e-3)
 
 
 def test_fibers_hold_one_value_a_segment(stage: Any, scene: Scene) -> None:
@@ -82,8 +111,11 @@ def test_fibers_hold_one_value_a_segment(stage: Any, scene: Scene) -> None:
 
 def test_contacts_change_their_number(stage: Any) -> None:
     contacts = UsdGeom.Points(stage.GetPrimAtPath("/World/block/Contacts"))
-    counts = [contacts.GetPointCount(code) for code in range(6)]
-    assert counts == [0, 1, 2, 0, 1, 2]
+    widths = [np.array(contacts.GetWidthsAttr().Get(code)) for code in range(6)]
+    assert [int((width > 0.0).sum()) for width in widths] == [0, 1, 2, 0, 1, 2]
+    # a set without a point ends some renderers: one without a width stands for it
+    assert [contacts.GetPointCount(code) for code in range(6)] == [1, 1, 2, 1, 1, 2]
+    assert contacts.GetPointCount(Usd.TimeCode.Default()) == 1
     primvars = UsdGeom.PrimvarsAPI(contacts)
     assert list(primvars.GetPrimvar("mode").Get(2)) == [1, 1]
     assert np.array(primvars.GetPrimvar("force").Get(2)).tolist() == [[0, 0, 2], [0, 0, 2]]
@@ -94,15 +126,70 @@ def test_surroundings(stage: Any) -> None:
     assert ground.GetAttribute("softbody:friction").Get() == 0.7
     assert UsdLux.DistantLight(stage.GetPrimAtPath("/World/Light")).GetNormalizeAttr().Get()
     assert stage.GetPrimAtPath("/World/Sky").IsA(UsdLux.DomeLight)
-    surface = UsdShade.Material(stage.GetPrimAtPath("/World/Materials/Body")).ComputeSurfaceSource()
+    surface = UsdShade.Material(
+        stage.GetPrimAtPath("/World/Materials/block")
+    ).ComputeSurfaceSource()
     assert surface[0].GetIdAttr().Get() == "UsdPreviewSurface"
 
 
-def test_camera_sees_the_body(stage: Any) -> None:
-    camera = UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera")).GetCamera(0)
-    view = camera.frustum.ComputeViewMatrix() * camera.frustum.ComputeProjectionMatrix()
-    for point in stage.GetPrimAtPath("/World/block/Skin").GetAttribute("points").Get():
-        assert np.abs(np.array(view.Transform(point))).max() < 1.0
+def test_colours_are_no_primvars_of_a_material(stage: Any) -> None:
+    """Converters to other formats refuse a diffuse colour that is read out of a primvar."""
+    for prim in stage.Traverse():
+        if prim.IsA(UsdShade.Shader):
+            assert UsdShade.Shader(prim).GetIdAttr().Get() == "UsdPreviewSurface"
+    for name in ("Fibers", "Contacts"):
+        prim = stage.GetPrimAtPath(f"/World/block/{name}")
+        assert not UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+
+
+def test_a_body_with_muscles_is_clear_and_a_passive_one_is_not(
+    stage: Any, scene: Scene, make_frames: Any, tmp_path: Path
+) -> None:
+    def opacity(of: Any) -> float | None:
+        material = UsdShade.Material(of.GetPrimAtPath("/World/Materials/block"))
+        given = material.ComputeSurfaceSource()[0].GetInput("opacity")
+        return None if not given else float(given.Get())
+
+    clear = opacity(stage)
+    assert clear is not None and 0.2 < clear < 0.7
+    bare = replace(scene, character=replace(scene.character, muscles=()))
+    with StageWriter(tmp_path / "bare.usda", bare) as writer:
+        writer.write(next(iter(make_frames(bare))))
+    assert opacity(Usd.Stage.Open(str(tmp_path / "bare.usda"))) is None
+
+
+def test_the_ground_is_tiled_in_two_shades(stage: Any) -> None:
+    ground = UsdGeom.Mesh(stage.GetPrimAtPath("/World/Ground"))
+    points = np.array(ground.GetPointsAttr().Get())
+    faces = np.array(ground.GetFaceVertexIndicesAttr().Get()).reshape(-1, 4)
+    assert ground.GetNormalsInterpolation() == "constant"
+    np.testing.assert_allclose(ground.GetNormalsAttr().Get(), [[0.0, 0.0, 1.0]], atol=1e-6)
+    corners = points[faces]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    np.testing.assert_allclose(sides, sides[0, 0], rtol=1e-5)
+    subsets = UsdShade.MaterialBindingAPI(ground).GetMaterialBindSubsets()
+    chosen = [np.array(subset.GetIndicesAttr().Get()) for subset in subsets]
+    assert sorted(np.concatenate(chosen).tolist()) == list(range(len(faces)))
+    assert abs(len(chosen[0]) - len(chosen[1])) <= 1
+
+
+def test_our_own_attributes_say_what_they_are(stage: Any) -> None:
+    for prim in stage.Traverse():
+        for attribute in prim.GetAuthoredAttributes():
+            if attribute.GetName() in MEANINGS:
+                assert attribute.GetDocumentation() == MEANINGS[attribute.GetName()]
+    assert Usd.ModelAPI(stage.GetPrimAtPath("/World/block")).GetAssetName() == "block"
+
+
+def test_camera_sees_the_body_in_every_frame(stage: Any) -> None:
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera"))
+    # a film camera of 20.955 mm, counted in tenths of a metre
+    assert camera.GetHorizontalApertureAttr().Get() == pytest.approx(0.20955)
+    for code in range(6):
+        frustum = camera.GetCamera(code).frustum
+        view = frustum.ComputeViewMatrix() * frustum.ComputeProjectionMatrix()
+        skin = stage.GetPrimAtPath("/World/block/Skin").GetAttribute("points").Get(code)
+        assert max(np.abs(np.array(view.Transform(point))).max() for point in skin) < 1.0
 
 
 def test_a_passive_body_in_free_space_has_no_fibers_or_contacts(

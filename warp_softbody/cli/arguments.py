@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from typing import Any, NoReturn
 
@@ -70,3 +71,25 @@ def unique(pairs: list[tuple[str, str]], option: str) -> dict[str, str]:
             raise InputError(f"{option} gives {key!r} twice: {values[key]!r} and {value!r}")
         values[key] = value
     return values
+
+
+def camera(text: str) -> str | tuple[float, ...]:
+    """A reader of ``follow``, ``still``, or a place ``x,y,z``."""
+    if text in ("follow", "still"):
+        return text
+    try:
+        place = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        place = ()
+    if len(place) != 3 or not all(map(math.isfinite, place)):
+        wanted = "follow, still or a place X,Y,Z in m"
+        raise argparse.ArgumentTypeError(f"must be {wanted}, got {text!r}")
+    return place
+
+
+def size(text: str) -> tuple[int, int]:
+    """A reader of ``WIDTHxHEIGHT``, pixels."""
+    width, by, height = text.lower().partition("x")
+    if not (by and width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT, as 1280x720, got {text!r}")
+    return int(width), int(height)

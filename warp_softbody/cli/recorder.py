@@ -10,7 +10,10 @@ from types import TracebackType
 
 from warp_softbody.errors import MissingExtraError
 from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
+from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice
 from warp_softbody.stage_exports.conventions import checked_target
+from warp_softbody.stage_exports.pictures.picture import Size, checked_size
+from warp_softbody.stage_exports.usd.physics_names import Profile
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.scene import Scene
 
@@ -34,6 +37,9 @@ class Recorder:
         movie: Path | None = None,
         picture: Path | None = None,
         metadata: dict[str, str | float] | None = None,
+        camera: CameraChoice = FOLLOW,
+        size: Size | None = None,
+        physics: Profile = "newton",
     ) -> None:
         """Check paths, extensions and the packages that drawing needs."""
         self.last_seconds = 0.0
@@ -41,14 +47,18 @@ class Recorder:
         self._files = ExitStack()
         self._last: Frame | None = None
         self._picture = picture
+        self._size: dict[str, Size] = {} if size is None else {"size": checked_size(size)}
         if picture is not None:
             checked_target(picture, extensions=(".png",))
         _require_drawing(movie, picture)
         self._writers: list[StageWriter | Movie] = []
         if stage is not None:
-            self._writers.append(StageWriter(stage, scene, fps=fps, metadata=metadata))
+            writer = StageWriter(
+                stage, scene, fps=fps, metadata=metadata, camera=camera, physics=physics
+            )
+            self._writers.append(writer)
         if movie is not None:
-            self._writers.append(Movie(movie, scene, fps=fps))
+            self._writers.append(Movie(movie, scene, fps=fps, camera=camera, **self._size))
 
     @property
     def has_frames(self) -> bool:
@@ -79,7 +89,7 @@ class Recorder:
         begun = time.perf_counter()
         self._files.__exit__(kind, error, trace)
         if kind is None and self._picture is not None and self._last is not None:
-            draw_picture(self._picture, self._scene, self._last)
+            draw_picture(self._picture, self._scene, self._last, **self._size)
         self._count(begun)
 
     def _count(self, begun: float) -> None:

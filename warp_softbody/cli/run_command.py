@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warp_softbody.cli.arguments import key_value, number
+from warp_softbody.cli.arguments import camera, key_value, number, size
 from warp_softbody.cli.interruption import Interrupted, Interruption, exit_code, held_back
 from warp_softbody.cli.option_flags import add_option_flags
 from warp_softbody.cli.output import complain, say
@@ -48,11 +48,31 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _add_files(parser: argparse.ArgumentParser) -> None:
     for option, target, text in (
-        ("--out", "F.usdc", "stage to write (.usdc, .usda or .usd)"),
+        ("--out", "F.usdc", "stage to write (.usdc, .usda, .usd or .usdz)"),
         ("--picture", "F.png", "picture of the last frame"),
         ("--movie", "F.gif", "movie of the run (.gif or .mp4)"),
     ):
         parser.add_argument(option, metavar=target, type=Path, help=text)
+    parser.add_argument(
+        "--camera",
+        metavar="C",
+        type=camera,
+        default="follow",
+        help="of stage and movie: follow (default) keeps the bodies in the picture, still frames "
+        "the start pose, X,Y,Z is the place in m of one that looks at the start pose",
+    )
+    parser.add_argument(
+        "--size",
+        metavar="WxH",
+        type=size,
+        help="pixels of movie and picture (640x480 and 960x720)",
+    )
+    parser.add_argument(
+        "--physics",
+        choices=("newton", "omni", "none"),
+        default="newton",
+        help="names under which other programs find in the stage what bodies are made of (newton)",
+    )
 
 
 def _add_numbers(parser: argparse.ArgumentParser) -> None:
@@ -123,6 +143,9 @@ def _recorder(args: argparse.Namespace, plan: RunPlan) -> Recorder:
         stage=args.out,
         movie=args.movie,
         picture=args.picture,
+        camera=args.camera,
+        size=args.size,
+        physics=args.physics,
         metadata={
             "scene": plan.scene.name,
             **{name: value for name, value in options.items() if value is not None},

@@ -54,7 +54,7 @@ def _frozen_motion(layer: Any) -> None:
 
 
 def _too_few_velocities(layer: Any) -> None:
-    layer.SetTimeSample(f"{SKIN}.velocities", 4.0, Vt.Vec3fArray([Gf.Vec3f(0.0)]))
+    layer.SetTimeSample(f"{TETS}.primvars:velocity", 4.0, Vt.Vec3fArray([Gf.Vec3f(0.0)]))
 
 
 def _wrong_clock(layer: Any) -> None:

@@ -125,9 +125,9 @@ mesh = TetMesh.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1,
 scene = Scene(character=Character(name="tet", mesh=mesh))
 rng = np.random.default_rng(1)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (24_000, 24_000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (48_000, 48_000))
 try:
-    with StageWriter(sys.argv[1], scene, chunk_frames=100) as stage:
+    with StageWriter(sys.argv[1], scene, chunk_frames=50) as stage:
         for index in range(350):
             stage.write(Frame(index=index, time=index / 30, positions=rng.random((4, 3)),
                 velocities=rng.random((4, 3)), activations=np.zeros(0),
@@ -138,7 +138,7 @@ except OutputError as error:
 
 
 def test_a_full_disk_keeps_every_closed_chunk(tmp_path: Path) -> None:
-    """No file may pass 24 kB: each chunk fits, the merged stage does not."""
+    """No file may pass 48 kB: each chunk fits, the merged stage does not."""
     path = tmp_path / "full.usdc"
     path.write_bytes(b"older")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}

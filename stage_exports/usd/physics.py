@@ -1,0 +1,93 @@
+"""A stage says what its bodies are made of, so that another program can simulate them again.
+
+Gravity, ground and friction are in USD's own physics schemas; deformable bodies are in those that
+are proposed for it (`physics_names.py`). Muscles and what drives them have none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, UsdPhysics, UsdShade
+
+from warp_softbody.stage_exports import conventions
+from warp_softbody.stage_exports.bodies import StagedBody
+from warp_softbody.stage_exports.usd import usd_arrays as values
+from warp_softbody.stage_exports.usd.physics_names import NAMES, PhysicsNames, Profile
+from warp_softbody.world.scene import Scene
+
+_TYPES = Sdf.ValueTypeNames
+PHYSICS = "physics"
+"""Purpose of the binding of what is simulated."""
+
+
+def define_physics(
+    stage: Any, scene: Scene, bodies: Sequence[StagedBody], profile: Profile
+) -> None:
+    """Author gravity, what a ground is and what each body is; with "none" nothing."""
+    if profile == "none":
+        return
+    _define_gravity(stage, scene)
+    if scene.ground is not None:
+        _define_ground(stage, scene.ground.friction)
+    for body in bodies:
+        _define_body(stage, body, NAMES[profile])
+
+
+def _define_gravity(stage: Any, scene: Scene) -> None:
+    gravity = np.array(scene.gravity)
+    size = float(np.linalg.norm(gravity))
+    physics = UsdPhysics.Scene.Define(stage, conventions.PHYSICS)
+    direction = gravity / size if size > 0.0 else np.array([0.0, 0.0, -1.0])
+    physics.CreateGravityDirectionAttr(Gf.Vec3f(*direction.tolist()))
+    physics.CreateGravityMagnitudeAttr(size)
+
+
+def _define_ground(stage: Any, friction: float) -> None:
+    """The ground collides; its friction is on its first material."""
+    ground = stage.GetPrimAtPath(conventions.GROUND)
+    UsdPhysics.CollisionAPI.Apply(ground)
+    UsdPhysics.MeshCollisionAPI.Apply(ground).CreateApproximationAttr(UsdPhysics.Tokens.none)
+    binding = UsdShade.MaterialBindingAPI(ground)
+    material, _ = binding.ComputeBoundMaterial()
+    surface = UsdPhysics.MaterialAPI.Apply(material.GetPrim())
+    surface.CreateStaticFrictionAttr(friction)
+    surface.CreateDynamicFrictionAttr(friction)
+    binding.Bind(material, UsdShade.Tokens.weakerThanDescendants, PHYSICS)
+
+
+def _define_body(stage: Any, body: StagedBody, names: PhysicsNames) -> None:
+    path = conventions.character_path(body.character.name)
+    stage.GetPrimAtPath(path).AddAppliedSchema(names.body)
+    mesh = body.character.mesh
+    tets = stage.GetPrimAtPath(f"{path}/{conventions.TETS}")
+    tets.AddAppliedSchema(names.simulation)
+    UsdPhysics.CollisionAPI.Apply(tets)
+    _set(tets, names.attribute("restShapePoints"), _TYPES.Point3fArray, values.vectors(mesh.points))
+    rest = values.quadruples(mesh.tets)
+    _set(tets, names.attribute("restTetVtxIndices"), _TYPES.Int4Array, rest)
+    material = _define_material(stage, body, names)
+    binding = UsdShade.MaterialBindingAPI.Apply(tets)
+    binding.Bind(material, UsdShade.Tokens.weakerThanDescendants, PHYSICS)
+
+
+def _define_material(stage: Any, body: StagedBody, names: PhysicsNames) -> Any:
+    """The body's material, which its skin has already, with what it is made of."""
+    given = body.character.material
+    path = f"{conventions.MATERIALS}/{body.character.name}"
+    material = UsdShade.Material(stage.GetPrimAtPath(path))
+    prim = material.GetPrim()
+    prim.AddAppliedSchema(names.material)
+    for name, value in (
+        ("youngsModulus", given.young_modulus),
+        ("poissonsRatio", given.poisson_ratio),
+        ("density", given.density),
+    ):
+        _set(prim, names.attribute(name), _TYPES.Float, value)
+    return material
+
+
+def _set(prim: Any, name: str, kind: Any, value: Any) -> None:
+    prim.CreateAttribute(name, kind, custom=False).Set(value)
