@@ -59,6 +59,15 @@ def test_stage_reads_back(summary: dict[str, Any], folder: Path) -> None:
     assert validate(folder / "i.usdc") == []
 
 
+CHOSEN = {
+    "precision": "float32",
+    "tolerance": 1e-5,
+    "elements": "smoothed",
+    "tangent": "conserving",
+}
+"""What "auto" stands for in this scene."""
+
+
 def test_every_option_is_told(summary: dict[str, Any], folder: Path) -> None:
     """In the JSON as used, in the stage as asked for; what the motion does not hang on is not."""
     metadata = read_take(folder / "i.usdc").metadata
@@ -66,7 +75,7 @@ def test_every_option_is_told(summary: dict[str, Any], folder: Path) -> None:
         plain = owner(time_step=1 / 60) if owner is SimulationOptions else owner()
         for one in options_of(owner):
             value = getattr(plain, one.name)
-            told = {"precision": "float32", "tolerance": 1e-5}.get(one.name, value)
+            told = CHOSEN.get(one.name, value)
             if one.flag:
                 assert summary[one.name] == told, one.name
             stored = one.flag and one.moves and value is not None
