@@ -7,7 +7,6 @@ are carried with it. So a body that is turned, or slides another way, is planned
 
 from __future__ import annotations
 
-import cmath
 from functools import lru_cache
 
 import numpy as np
@@ -59,31 +58,33 @@ def _nearest_map(mesh: TetMesh, masses: bytes) -> FloatArray:
     return found
 
 
-def moving_frame(normal: Vector, slip: FloatArray, axes: FloatArray, speed: float) -> FloatArray:
-    """Rows normal, tangent 1, tangent 2 of a patch: right-handed, tangent 1 along the motion.
+def moving_frames(
+    normals: FloatArray, slips: FloatArray, axes: FloatArray, speed: float
+) -> FloatArray:
+    """Frames (p, 3, 3) of patches: rows normal, tangent 1, tangent 2, right-handed.
 
-    A polygon of 4 or 8 directions is the same after a quarter turn. In complex numbers along the
-    ground, that is the angle of a fourth power, of which a sum is smooth in all that is added:
-    that of the sliding, over the speed from which on it decides, and those of the body's axes.
+    Tangent 1 is along the motion. A polygon of 4 or 8 directions is the same after a quarter turn.
+    In complex numbers along the ground, that is the angle of a fourth power, of which a sum is
+    smooth in all that is added: that of the sliding, over the speed from which on it decides, and
+    those of the body's axes.
 
     Args:
-        normal: unit, of the ground.
-        slip: (3,) m/s, of the patch.
-        axes: (3, 3), rows, which the body carries; some are not along the normal.
+        normals: (p, 3), unit, of the ground.
+        slips: (p, 3) m/s, of the patches.
+        axes: (3, 3), rows, which the body carries; some are not along the normals.
         speed: m/s, from which on the sliding decides.
     """
-    frame = contact_frame(normal)
-    tangents = frame[1:].T
-    # few numbers: Python's own are faster than arrays
-    ways = [complex(*along) for along in (axes @ tangents).tolist()]
-    ways.append(complex(*(slip @ tangents).tolist()) / speed)
+    frames = np.array([contact_frame((x, y, z)) for x, y, z in normals.tolist()])
+    motions = np.concatenate([np.tile(axes, (len(slips), 1, 1)), slips[:, None] / speed], axis=1)
+    along = motions @ frames[:, 1:].transpose(0, 2, 1)
+    ways = along[:, :, 0] + 1j * along[:, :, 1]
     # forward as the body has it: x and, where that is upright, y a quarter back
-    forward = ways[0] - 1j * ways[1]
-    size = abs(forward)
-    forward = forward / size if size > 0.0 else 1.0 + 0.0j
-    turned = sum(way**4 for way in ways) * forward.conjugate() ** 4
-    way = forward * cmath.exp(0.25j * cmath.phase(turned))
-    moving: FloatArray = frame.copy()
-    moving[1] = way.real * frame[1] + way.imag * frame[2]
-    moving[2] = way.real * frame[2] - way.imag * frame[1]
-    return moving
+    forward = ways[:, 0] - 1j * ways[:, 1]
+    sizes = np.abs(forward)
+    forward = np.where(sizes > 0.0, forward, 1.0) / np.where(sizes > 0.0, sizes, 1.0)
+    fourth = np.add.reduce(ways**4, axis=1) * forward.conj() ** 4
+    way = (forward * np.exp(0.25j * np.angle(fourth)))[:, None]
+    first, second = frames[:, 1].copy(), frames[:, 2].copy()
+    frames[:, 1] = way.real * first + way.imag * second
+    frames[:, 2] = way.real * second - way.imag * first
+    return frames

@@ -80,11 +80,11 @@ def clustered_patches(
         raise InputError(f"patch region {region!r} holds no nodes")
     wanted = parts or (count if region is not None else PARTS_A_PATCH * count)
     division = partition(character.mesh, nodes.astype(np.int32).tobytes(), min(wanted, len(nodes)))
-    near = measure(view, ground, division.nodes)
+    near = measure(view, ground, [division.nodes])
     touching = view.touching[division.nodes]
     chosen = _choose(division, near, touching, count, [patch.part for patch in last])
     owners = _owners(division, chosen)
-    patches = patches_of(view, ground, [near.part(owners == part) for part in chosen])
+    patches = patches_of(view, ground, near.divided(owners))
     return tuple(
         unchecked_copy(patch, part=part)
         for patch, part in zip(patches, chosen.tolist(), strict=True)
@@ -132,7 +132,9 @@ def _choose(
         return np.sort(touched[_spread(division.middles[touched], count, kept.tolist()[:count])])
     least = _least_gaps(division, near)
     least[touched] = -np.inf
-    return np.sort(np.argsort(least, kind="stable")[: min(count, parts)])
+    nearest = np.argsort(least, kind="stable")[: min(count, parts)]
+    # a part may have lost all its nodes to others
+    return np.sort(nearest[least[nearest] < np.inf])
 
 
 def _least_gaps(division: Partition, near: NearSurface) -> FloatArray:

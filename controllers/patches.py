@@ -8,10 +8,8 @@ with the mean velocity of what is near the ground, each node by its share of are
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,13 +18,8 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DIRECTIONS, factors_at
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.controllers.body_units import BodyUnits
-from warp_softbody.controllers.contact_frames import SLIDING, carried_axes, moving_frame
-from warp_softbody.controllers.contact_quadrature import (
-    NearSurface,
-    measure,
-    reached_areas,
-    shares_of,
-)
+from warp_softbody.controllers.contact_frames import SLIDING, carried_axes, moving_frames
+from warp_softbody.controllers.contact_quadrature import NearSurface, measure, shares_of
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import Value, unchecked
@@ -35,8 +28,6 @@ from warp_softbody.world.view import BodyView
 
 FORCE_ANGLES = np.pi + 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 """Of the sliding that each direction of the force opposes, rad from tangent 1."""
-
-TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -89,14 +80,6 @@ class Patch(Value):
         return (self.frame[:, None, :] * self.weights[:, None]).reshape(3, -1)
 
 
-class Group(NamedTuple):
-    """What of the surface makes a patch: its nodes, their shares (k,), sum one, and its gap, m."""
-
-    near: NearSurface
-    shares: FloatArray
-    gap: float
-
-
 def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...]:
     """One patch for each named region of the character; none where the scene has no ground."""
     checks.instance("view of ground_patches", view, BodyView)
@@ -108,102 +91,68 @@ def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...
     for name, own in zip(regions, nodes, strict=True):
         if not len(own):
             raise InputError(f"patch region {name!r} holds no nodes")
-    return patches_of(view, ground, [measure(view, ground, own) for own in nodes])
+    return patches_of(view, ground, measure(view, ground, nodes)) if nodes else ()
 
 
-def patches_of(view: BodyView, ground: Ground, parts: Sequence[NearSurface]) -> tuple[Patch, ...]:
+def patches_of(view: BodyView, ground: Ground, near: NearSurface) -> tuple[Patch, ...]:
     """One patch for each part of the surface."""
-    if not parts:
-        return ()
-    groups = [Group(near, *shares_of(view, near)) for near in _divided(parts, view.node_count)]
-    frames = _frames(view, groups)
-    factors = _force_factors(view, groups, frames)
-    lowest = min(near.gaps.min() for near in parts)
-    areas = [float(reached_areas(view, near, lowest).sum()) for near in parts]
-    return tuple(
-        _patch(view, ground, group, frame, own, area / sum(areas))
-        for group, frame, own, area in zip(groups, frames, factors, areas, strict=True)
-    )
-
-
-def _divided(parts: Sequence[NearSurface], count: int) -> list[NearSurface]:
-    """Parts that have nodes in common share what these bore by their areas around them."""
-    areas = np.zeros(count)
-    for near in parts:
-        areas[near.nodes] += near.areas
-    return [
-        near._replace(borne=near.borne * near.areas / np.maximum(areas[near.nodes], TINY))
-        for near in parts
-    ]
-
-
-def _patch(
-    view: BodyView,
-    ground: Ground,
-    group: Group,
-    frame: FloatArray,
-    factors: FloatArray,
-    area: float,
-) -> Patch:
-    nodes = group.near.nodes
-    weights = np.zeros(view.node_count)
-    weights[nodes] = group.shares
-    patch = unchecked(
-        Patch,
-        weights=weights,
-        gap=group.gap,
-        frame=frame,
-        friction=ground.friction,
-        touching=bool(view.touching[nodes].any()),
-        factors=factors,
-        area=area,
-        part=None,
-        slips=False,
-    )
-    # a ground that is not ours, or a body far away
-    odd = not (math.isfinite(patch.gap) and 0.0 <= patch.friction < math.inf)
-    return replace(patch) if odd else patch
-
-
-def _frames(view: BodyView, groups: Sequence[Group]) -> list[FloatArray]:
-    axes, speed = carried_axes(view), SLIDING * BodyUnits.of(view).speed
-    return [
-        moving_frame(
-            _mean_direction(group), group.shares @ view.velocities[group.near.nodes], axes, speed
+    shares = shares_of(view, near)
+    frames = _frames(view, near, shares.nodes)
+    factors = _force_factors(view, near, shares.nodes, frames)
+    count = len(near.begins)
+    weights = np.zeros((count, view.node_count))
+    weights[near.parts, near.nodes] = shares.nodes
+    touching = np.logical_or.reduceat(view.touching[near.nodes], near.begins)
+    gaps, areas = shares.gaps.tolist(), shares.areas.tolist()
+    made = [
+        unchecked(
+            Patch,
+            weights=weights[i],
+            gap=gaps[i],
+            frame=frames[i],
+            friction=ground.friction,
+            touching=bool(touching[i]),
+            factors=factors[i],
+            area=areas[i],
+            part=None,
+            slips=False,
         )
-        for group in groups
+        for i in range(count)
     ]
+    # a ground that is not ours, or a body far away
+    odd = not (np.isfinite(shares.gaps).all() and 0.0 <= ground.friction < math.inf)
+    return tuple(replace(patch) for patch in made) if odd else tuple(made)
 
 
-def _mean_direction(group: Group) -> tuple[float, float, float]:
-    """Unit mean of the normals; the first itself where all are the same, to the last bit."""
-    vectors = group.near.normals
-    mean = vectors[0]
-    if (vectors != mean).any():
-        mean = group.shares @ vectors
-        mean = mean / np.linalg.norm(mean)
-    x, y, z = mean.tolist()
-    return x, y, z
+def _frames(view: BodyView, near: NearSurface, shares: FloatArray) -> FloatArray:
+    """Frames (p, 3, 3) of the patches, rows normal and tangents."""
+    slips = near.sums(shares[:, None] * view.velocities[near.nodes])
+    normals = _mean_directions(near, shares)
+    return moving_frames(normals, slips, carried_axes(view), SLIDING * BodyUnits.of(view).speed)
+
+
+def _mean_directions(near: NearSurface, shares: FloatArray) -> FloatArray:
+    """Unit means (p, 3) of the normals; the first where all are the same, to the last bit."""
+    firsts = near.normals[near.begins]
+    if (near.normals == firsts[0]).all():
+        return firsts
+    means = near.sums(shares[:, None] * near.normals)
+    return np.asarray(means / np.linalg.norm(means, axis=1, keepdims=True))
 
 
 def _force_factors(
-    view: BodyView, groups: Sequence[Group], frames: Sequence[FloatArray]
-) -> list[FloatArray]:
-    """Factors of each patch by the direction of the force, which opposes the sliding."""
+    view: BodyView, near: NearSurface, shares: FloatArray, frames: FloatArray
+) -> FloatArray:
+    """Factors (p, 8) of the patches by the direction of the force, which opposes the sliding."""
     character = view.scene.character
     if not character.directional_friction:
-        return [np.ones(DIRECTIONS) for _ in groups]
-    by_node = character.node_friction
-    nodes = np.concatenate([group.near.nodes for group in groups])
-    counts = np.array([len(group.shares) for group in groups])
-    begins = np.cumsum(counts) - counts
+        return np.ones((len(frames), DIRECTIONS))
+    by_node, nodes = character.node_friction, near.nodes
     carried = (_carrier(character.mesh, by_node.forward.tobytes()) @ view.positions)[nodes]
-    tangents = np.repeat([frame[1:] for frame in frames], counts, axis=0)
-    ahead = (tangents @ carried[:, :, None])[:, :, 0]
+    ahead = (near.of_nodes(frames[:, 1:]) @ carried[:, :, None])[:, :, 0]
     forward = np.arctan2(ahead[:, 1], ahead[:, 0])
     factors = factors_at(by_node.factors[nodes], FORCE_ANGLES - forward[:, None])
-    shares = np.concatenate([group.shares for group in groups])
-    return list(np.add.reduceat(factors * shares[:, None], begins))
+    return near.sums(factors * shares[:, None])
 
 
 @lru_cache(maxsize=8)

@@ -31,8 +31,8 @@ def region_mean(view: BodyView, values: FloatArray, region: str) -> FloatArray:
 def contact_point(view: BodyView, region: str) -> FloatArray:
     """Where (3,) m a region of the character's surface touches, or comes nearest to, the ground."""
     nodes = view.scene.character.region(region)
-    shares, _ = shares_of(view, measure(view, view.scene.ground or Plane(), nodes))
-    return np.asarray(shares @ view.positions[nodes])
+    near = measure(view, view.scene.ground or Plane(), [nodes])
+    return np.asarray(shares_of(view, near).nodes @ view.positions[nodes])
 
 
 def mean_weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:

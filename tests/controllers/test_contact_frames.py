@@ -10,12 +10,19 @@ from scipy.spatial.transform import Rotation
 
 from tests.support.blocks import block, seen
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.contact_frames import carried_axes, moving_frame
+from warp_softbody.controllers.contact_frames import carried_axes, moving_frames
 from warp_softbody.world.ground import Plane
 
 UP = (0.0, 0.0, 1.0)
 REST = np.zeros(3)
 RNG = np.random.default_rng(3)
+
+
+def moving_frame(
+    normal: tuple[float, float, float], slip: FloatArray, axes: FloatArray, speed: float
+) -> FloatArray:
+    """Of a single patch."""
+    return np.asarray(moving_frames(np.array([normal]), slip[None], axes, speed)[0])
 
 
 def turned(frame: FloatArray, turn: Rotation) -> FloatArray:

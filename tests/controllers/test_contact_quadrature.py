@@ -41,7 +41,7 @@ def pressed(character: Character, positions: FloatArray, ground: Ground) -> Body
     """The foot bears a pressure that is smooth in the rest place, up to half the weight in all."""
     view = seen(character, positions, ground)
     foot = character.region("foot")
-    near = measure(view, ground, foot)
+    near = measure(view, ground, [foot])
     x, y, _ = character.mesh.points[foot].T
     pressure = (1.0 + 2.0 * x / SIZE[0]) * (1.5 - y / SIZE[1]) / (SIZE[0] * SIZE[1])
     impulses = np.zeros((len(positions), 3))
@@ -153,7 +153,7 @@ def test_far_from_the_ground_the_lowest_point_stands_for_a_patch() -> None:
     character = block()
     view = seen(character, swing(character, 0.4) + np.array([0.0, 0.0, 50.0]), Plane())
     nodes = character.mesh.surface_nodes
-    shares, gap = shares_of(view, measure(view, Plane(), nodes))
+    shares, (gap,), _ = shares_of(view, measure(view, Plane(), [nodes]))
     height = view.positions[nodes, 2]
     assert gap == pytest.approx(height.min())
     assert shares @ height < height.min() + 2.0 * REACH
