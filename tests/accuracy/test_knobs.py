@@ -34,7 +34,12 @@ def test_knobs_are_the_options_that_they_stand_for() -> None:
     expected = ControlOptions(max_qps=3, planned_cone=4)
     assert turned.control_options() == expected
     assert turned.options() == SimulationOptions(
-        time_step=1.0 / 60.0, precision="float32", preconditioner="two_level", tolerance=1e-3
+        time_step=1.0 / 60.0,
+        precision="float32",
+        elements="linear",
+        tangent="warped",
+        preconditioner="two_level",
+        tolerance=1e-3,
     )
     assert PLAIN.control_options() == ControlOptions()
     assert turned.differences(PLAIN) == "tolerance 0.001, QPs 3, planned cone 4, two-level"

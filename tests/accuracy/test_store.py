@@ -69,7 +69,7 @@ def test_what_is_saved_is_found_again(tmp_path: Path) -> None:
         ({"newton_iterations": 1.5}, "newton_iterations cannot be 1.5"),
         ({"elements": ["linear"]}, r"elements cannot be \['linear'\]"),
         ({"tolerance": -1e-3}, "tolerance cannot be -0.001"),
-        ({"elements": "smoothed", "tangent": "exact"}, "smoothed elements have a warped tangent"),
+        ({"elements": "smoothed", "tangent": "exact"}, "smoothed elements have no exact tangent"),
         ({"given": {"young_modulus": "soft"}}, "given cannot be"),
         ({"bound": 2.0}, "bound cannot be 2.0"),
         ({"settings": [1]}, r"settings cannot be \[1\]"),

@@ -83,6 +83,7 @@ def reference_settings(case: ChartCase, mesh: Mesh, step: float) -> Settings:
         cells=mesh[0],
         level=mesh[1],
         elements=case.elements,
+        tangent=case.default.tangent,
         precision="float64",
         tolerance=REFERENCE_TOLERANCE,
     )
@@ -111,7 +112,7 @@ def products(case: ChartCase, measured: Sequence[Measured]) -> list[Settings]:
                 value != getattr(case.default, knob)
                 for knob, value in zip(knobs, values, strict=True)
             )
-            if changes and settings.possible:
+            if changes and case.has(settings):
                 found.setdefault(settings, changes)
     wanted = sorted(found, key=lambda settings: found[settings])
     return _new(wanted, measured)[: case.products]

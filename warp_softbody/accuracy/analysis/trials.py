@@ -27,7 +27,7 @@ from warp_softbody.accuracy.cases.case import TIME_STEPS, ChartCase
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.track import body_size
 from warp_softbody.accuracy.runs.outcome import RunOutcome
-from warp_softbody.engine.options import Elements
+from warp_softbody.engine.options import NamedElements
 from warp_softbody.errors import InputError, SoftBodyError
 
 Run = Callable[[Settings], RunOutcome]
@@ -185,7 +185,7 @@ class Trials:
     def _apart(self, first: Settings, second: Settings) -> float:
         return self._ruler.distance(self._motion(first), self._motion(second))
 
-    def _on(self, number: int, elements: Elements) -> Settings:
+    def _on(self, number: int, elements: NamedElements) -> Settings:
         cells, level = self._meshes[number]
         return replace(self._case.default, cells=cells, level=level, elements=elements)
 

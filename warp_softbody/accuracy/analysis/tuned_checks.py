@@ -101,7 +101,7 @@ def checked(values: Any, place: str) -> Tuned:
         raise InputError(f"{place} has no 'time_step'")
     tuned = Tuned.from_dict(values)
     if not tuned.settings.possible:
-        raise InputError(f"{place}: smoothed elements have a warped tangent only")
+        raise InputError(f"{place}: smoothed elements have no exact tangent")
     return tuned
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from warp_softbody.accuracy.cases.settings import Settings
-from warp_softbody.engine.options import Elements
+from warp_softbody.engine.options import NamedElements
 
 Mesh = tuple["int | None", int]
 """Cells and level, as in `Settings`."""
@@ -52,7 +52,7 @@ class ChartCase:
     knobs: Mapping[str, tuple[Any, ...]]
     finest: tuple[Mesh, float]
     beside: tuple[Mesh, float]
-    elements: Elements = "smoothed"
+    elements: NamedElements = "smoothed"
     quick: Mapping[str, Any] = field(default_factory=dict)
     products: int = 24
     reach: float = 16.0
@@ -61,7 +61,18 @@ class ChartCase:
     @property
     def default(self) -> Settings:
         """The point that `run` makes where nothing is said."""
+        if self.controlled:
+            return Settings(time_step=self.time_step, elements="smoothed", tangent="conserving")
         return Settings(time_step=self.time_step)
+
+    def has(self, settings: Settings) -> bool:
+        """Whether the engine has this combination for the bodies of the scene.
+
+        Smoothed elements have a conserving tangent where volumes are exact, as those of bodies
+        with muscles are.
+        """
+        warped = self.controlled or settings.tangent == "warped"
+        return settings.possible and (settings.elements == "linear" or warped)
 
     def quickly(self) -> ChartCase:
         """The same, short and coarse."""

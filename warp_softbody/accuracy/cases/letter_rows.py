@@ -13,7 +13,8 @@ from warp_softbody.accuracy.cases.case import FINER, OWN, TIME_STEPS, ChartCase
 
 CONTROLLED: Mapping[str, tuple[Any, ...]] = {
     "level": (1,),
-    "elements": ("smoothed",),
+    "elements": ("linear",),
+    "tangent": ("warped",),
     "precision": ("float64",),
     "tolerance": (1e-2, 1e-3),
     "newton_iterations": (2,),
@@ -34,7 +35,6 @@ LETTER: Mapping[str, Any] = {
     "knobs": CONTROLLED,
     "finest": (FINER, TIME_STEPS[2]),
     "beside": (OWN, TIME_STEPS[3]),
-    "elements": "linear",
     "products": 6,
     "reach": 4.0,
     "quick": {

@@ -8,7 +8,13 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from warp_softbody.controllers.control_options import ControlOptions
-from warp_softbody.engine.options import Cone, Elements, Precision, SimulationOptions, Tangent
+from warp_softbody.engine.options import (
+    Cone,
+    NamedElements,
+    NamedTangent,
+    Precision,
+    SimulationOptions,
+)
 from warp_softbody.errors import InputError
 from warp_softbody.inputs.option_fields import Option, options_of
 
@@ -33,8 +39,8 @@ class Settings:
     time_step: float
     cells: int | None = None
     level: int = 0
-    elements: Elements = "linear"
-    tangent: Tangent = "warped"
+    elements: NamedElements = "linear"
+    tangent: NamedTangent = "warped"
     precision: Precision = "float32"
     cone: Cone = "smooth"
     newton_iterations: int = 1
@@ -66,7 +72,7 @@ class Settings:
     @property
     def possible(self) -> bool:
         """Whether the engine has this combination."""
-        return self.elements == "linear" or self.tangent == "warped"
+        return self.elements == "linear" or self.tangent != "exact"
 
     def options(self) -> SimulationOptions:
         """Those of the engine."""
