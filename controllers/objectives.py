@@ -43,6 +43,8 @@ class Objective(Value):
 
     def __post_init__(self) -> None:
         """Check shapes and numbers, so that a bad goal is named here and not in a solver."""
+        if self._is_ready():
+            return
         name = input_kinds.name("Objective.name", self.name)
         rows = array_checks.array(
             f"objective {name!r}: rows", self.rows, (None, None), finite=False
@@ -62,12 +64,34 @@ class Objective(Value):
         if self.weight.size and np.minimum.reduce(self.weight) < 0.0:
             raise InputError(f"objective {name!r}: weight must not be negative")
 
+    def _is_ready(self) -> bool:
+        """Whether nothing is wrong; told fast, for what is made in every step."""
+        arrays = (self.rows, self.target, self.weight)
+        for array in arrays:
+            if type(array) is not np.ndarray or array.dtype != np.float64:
+                return False
+        count = self.rows.shape[:1] if self.rows.ndim == 2 else None
+        if self.target.shape != count or self.weight.shape != count:
+            return False
+        input_kinds.name("Objective.name", self.name)
+        small = all(_is_small(array) for array in arrays)
+        return small and bool(np.minimum.reduce(self.weight, initial=0.0) >= 0.0)
+
+
+def _is_small(values: FloatArray) -> bool:
+    flat = values.reshape(-1)
+    # no square is larger than the sum of all
+    return bool(np.dot(flat, flat) <= LARGEST * LARGEST)
+
+
+def _each(weight: npt.ArrayLike, rows: FloatArray) -> FloatArray:
+    """One for each row, where one number is given for all."""
+    return np.full(len(rows), weight) if isinstance(weight, float) else np.asarray(weight)
+
 
 def _sized(name: str, field: str, values: FloatArray) -> FloatArray:
     """Numbers whose squares and sums a solver can bear."""
-    flat = values.reshape(-1)
-    # told fast, for what is made in every step: no square is larger than the sum of all
-    if not np.dot(flat, flat) <= LARGEST * LARGEST:
+    if not _is_small(values):
         _refuse_large(name, field, values)
     return values
 
@@ -129,7 +153,7 @@ def linear_momentum(view: BodyView, rate: FloatArray, weight: npt.ArrayLike = 1.
     unit = 1.0 / (weight_of(view) * view.time_step)
     target = (view.linear_momentum + view.time_step * rate) * unit
     rows = momentum_rows(view) * unit
-    return Objective(name="linear momentum", rows=rows, target=target, weight=np.asarray(weight))
+    return Objective(name="linear momentum", rows=rows, target=target, weight=_each(weight, rows))
 
 
 def angular_momentum(
@@ -147,7 +171,7 @@ def angular_momentum(
     unit = 1.0 / (weight_of(view) * view.time_step * arm)
     target = (view.angular_momentum + view.time_step * rate) * unit
     rows = angular_momentum_rows(view) * unit
-    return Objective(name="angular momentum", rows=rows, target=target, weight=np.asarray(weight))
+    return Objective(name="angular momentum", rows=rows, target=target, weight=_each(weight, rows))
 
 
 def base_area(
@@ -193,7 +217,7 @@ def position(
     share = 1.0 / (BodyUnits.of(view).length if unit is None else unit)
     rows = (view.time_step * share) * mean_rows(view, weights)
     target = share * (goal - weights @ view.positions)
-    return Objective(name="position", rows=rows, target=target, weight=np.asarray(weight))
+    return Objective(name="position", rows=rows, target=target, weight=_each(weight, rows))
 
 
 def velocity(
@@ -210,4 +234,4 @@ def velocity(
     """
     share = 1.0 / (BodyUnits.of(view).speed if unit is None else unit)
     rows = np.asarray(share * mean_rows(view, weights))
-    return Objective(name="velocity", rows=rows, target=share * goal, weight=np.asarray(weight))
+    return Objective(name="velocity", rows=rows, target=share * goal, weight=_each(weight, rows))

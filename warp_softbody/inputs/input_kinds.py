@@ -6,6 +6,7 @@ import errno
 import os
 from collections.abc import Iterable, Mapping
 from enum import Enum
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -69,6 +70,8 @@ def text(label: str, value: object) -> str:
 
 def name(label: str, value: object) -> str:
     """A text that can name a thing in a file: not empty, UTF-8, printable, not too long."""
+    if type(value) is str and _is_name(value):
+        return value
     given = text(label, plain(value))
     if not given.strip():
         refuse(label, "a text that is not empty", value)
@@ -82,6 +85,16 @@ def name(label: str, value: object) -> str:
             f"not the {longest} of {shown(given)}"
         )
     return given
+
+
+@lru_cache(maxsize=1024)
+def _is_name(given: str) -> bool:
+    """Whether `name` takes a text; kept, as controllers name the same things in every step."""
+    try:
+        longest = max(len(part.encode("utf-8")) for part in given.split("."))
+    except UnicodeEncodeError:
+        return False
+    return bool(given.strip()) and given.isprintable() and longest <= LONGEST_NAME
 
 
 def identifier(label: str, value: object) -> str:
