@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.control_options import ControlOptions, Method
 from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
@@ -197,9 +198,12 @@ class Simulation:
             self._log.wall += clock.total
             return
         self._decision = None
+        if wanted is None and self._control_solver is not None:
+            # known before the step, whose matrix then has no muscles in it
+            self._set_lengths(SLACK * self.model.muscles.rest_lengths)
         statistics = self.stepper.step(
             *(self._state, self.control, self.contacts, self._after),
-            decide=None if self._control_solver is None else lambda: self._decide(wanted),
+            decide=None if wanted is None else lambda: self._decide(*wanted),
             clock=clock,
         )
         self._refuse_nonsense(statistics)
@@ -291,25 +295,26 @@ class Simulation:
             ) from error
         return None if goals is None else (view, goals)
 
-    def _decide(self, wanted: tuple[BodyView, Goals] | None) -> None:
+    def _decide(self, view: BodyView, goals: Goals) -> None:
         """Set the muscles of the step whose matrix is assembled."""
-        lengths = SLACK * self.model.muscles.rest_lengths
-        if wanted is not None and self._control_solver is not None:
-            try:
-                decision = self._control_solver.decide(*wanted)
-            except InputError as error:
-                raise InputError(
-                    f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
-                ) from error
-            self._decision = decision
-            lengths = decision.rest_lengths
-            if not np.isfinite(lengths).all():
-                raise NotFiniteError(
-                    f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
-                    f"{self.name!r}",
-                    step=self._steps,
-                    time=self.time,
-                )
+        assert self._control_solver is not None
+        try:
+            decision = self._control_solver.decide(view, goals)
+        except InputError as error:
+            raise InputError(
+                f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
+            ) from error
+        self._decision = decision
+        if not np.isfinite(decision.rest_lengths).all():
+            raise NotFiniteError(
+                f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
+                f"{self.name!r}",
+                step=self._steps,
+                time=self.time,
+            )
+        self._set_lengths(decision.rest_lengths)
+
+    def _set_lengths(self, lengths: FloatArray) -> None:
         self._rest_lengths = lengths
         self._views.write(self.control.rest_lengths, lengths)
 
