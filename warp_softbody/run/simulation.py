@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,6 +34,7 @@ from warp_softbody.run.step_log import StepLog
 from warp_softbody.run.step_record import StepObserver, StepRecord
 from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.scene import Scene
+from warp_softbody.world.standing import standing_contacts
 from warp_softbody.world.view import BodyView
 
 
@@ -323,6 +325,9 @@ class Simulation:
         planned = ContactSample() if self._decision is None else self._decision.planned
         now = (self._state, self.contacts, self._rest_lengths, planned)
         frame = self._snapshots.frame(self._frames, self.time, *now)
+        if self._steps == 0:
+            stands = standing_contacts(self.model.scene, frame.positions)
+            frame = replace(frame, contacts=stands)
         self._gauge.measure(self._state)
         self._frames += 1
         return frame
