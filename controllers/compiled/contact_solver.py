@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 from warp_softbody.arrays import BoolArray, FloatArray
-from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK, ModeTable, mode_table
+from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
 from warp_softbody.controllers.qpcc.contact.objective import diagonal_is_clear
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 from warp_softbody.controllers.qpcc.result import (
@@ -72,18 +72,16 @@ class CompiledSearch:
 
     def _room(self, problem: ContactQPCC) -> _Room:
         """Arrays for problems of this one's sizes."""
-        table = mode_table(problem)
-        _, modes, rows, _ = table.inequalities.shape
+        m = len(problem.directions)
         sizes = SearchSizes(
-            *(problem.control_count, problem.contact_count, len(problem.directions)),
-            *(len(problem.squares), modes, rows, table.rays.shape[2], MOST_VISITS),
+            *(problem.control_count, problem.contact_count, m, len(problem.squares)),
+            *(2 + 2 * m, max(m, 3), max(m, 5), MOST_VISITS),
         )
         room = self._rooms.get(sizes)
         if room is None:
             if len(self._rooms) >= MOST_SIZES:
                 self._rooms.clear()
             room = self._rooms[sizes] = _Room(sizes)
-        room.take_modes(table)
         return room
 
 
@@ -104,28 +102,17 @@ def _is_plain(problem: ContactQPCC, start: tuple[int, ...] | None, options: Solv
 
 
 class _Room:
-    """The arrays of one size of problems, in which each solve begins where the last one ended."""
+    """The arrays of one size of problems, in which each solve begins where the last one ended.
+
+    ``numbers`` and ``counts`` are those of ``search_layout``, by name.
+    """
 
     def __init__(self, sizes: SearchSizes) -> None:
         numbers = {name: shape(sizes) for name, shape in NUMBERS.items()}
         counts = {name: shape(sizes) for name, shape in COUNTS.items()}
         self._program = HostProgram(make_contact_search().solve, numbers, counts)
-        self._numbers, self._counts = self._program.numbers, self._program.counts
-        self._counts["settings"][: len(sizes)] = sizes
-        self._table: ModeTable | None = None
-
-    def take_modes(self, table: ModeTable) -> None:
-        """Copy the cones of the modes, where they are not those of the last problem."""
-        if table is self._table:
-            return
-        self._table = table
-        self._numbers["basis"][...] = table.force_basis
-        self._numbers["constraints"][...] = table.velocity_constraints
-        self._counts["dimensions"][...] = table.force_dimensions
-        self._counts["used"][...] = table.inequality_used
-        self._counts["valid"][...] = table.valid
-        for name in ("inequalities", "halfspaces", "rays"):
-            self._numbers[name][...] = getattr(table, name)
+        self.numbers, self.counts = self._program.numbers, self._program.counts
+        self.counts["settings"][: len(sizes)] = sizes
 
     def solve(
         self,
@@ -136,7 +123,7 @@ class _Room:
     ) -> QPCCResult | None:
         """The result, or None where the problem is left to the NumPy form."""
         begun = time.perf_counter()
-        numbers, counts = self._numbers, self._counts
+        numbers, counts = self.numbers, self.counts
         for name in GIVEN:
             numbers[name][...] = getattr(problem, name)
         numbers["offset"][...] = problem.velocity_offset
@@ -157,8 +144,8 @@ class _Room:
         return self._result(problem, options, begun)
 
     def _result(self, problem: ContactQPCC, options: SolverOptions, begun: float) -> QPCCResult:
-        numbers = self._numbers
-        findings = self._counts["findings"].tolist()
+        numbers = self.numbers
+        findings = self.counts["findings"].tolist()
         results: list[float] = numbers["results"].tolist()
         objective, off, feasibility, stationarity, speed, impulse, size = results
         stationary = findings[SearchFinding.STATIONARY]
@@ -174,7 +161,7 @@ class _Room:
             controls=controls,
             forces=numbers["impulses"].copy(),
             velocities=numbers["speeds"].copy(),
-            modes=tuple(self._counts["visit_modes"][findings[SearchFinding.BEST]].tolist()),
+            modes=tuple(self.counts["visit_modes"][findings[SearchFinding.BEST]].tolist()),
             objective=objective,
             complementarity=off,
             feasibility=feasibility,

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.control.active_set_system import KKT
+from warp_softbody.kernels.control.contact_cones import CONES
 from warp_softbody.kernels.control.contact_point import POINT
 from warp_softbody.kernels.control.dual_active_set import ACTIVE_SET
 from warp_softbody.kernels.control.mode_elimination import ELIMINATION
@@ -35,6 +36,8 @@ LIMITS = {
     "VIOLATED": "1e-11",
     "ACCEPTED": "1e-9",
     "TINY": "1e-14",
+    "FRICTIONLESS": "1e-9",
+    "COLLINEAR": "1e-12",
     "TOUCHING": "1e-7",
     "SLOPE_NOISE": "1e-6",
     "PROGRESS": "1e-10",
@@ -88,6 +91,7 @@ RUN = """
         constant = scalars[0];
         reach = scalars[1];
         qps = visits = failed = 0;
+        build_cones();
         scale_problem();
         for (int j = 0; j < nu; ++j) inverse[j] = 1.0 / curve[j];
         const int best = search();
@@ -110,7 +114,8 @@ def _program() -> str:
     sizes = "".join(f"    int {name};\n" for name in SearchSizes._fields)
     arrays = "".join(f"    double* {name};\n" for name in NUMBERS)
     arrays += "".join(f"    int* {name};\n" for name in COUNTS)
-    members = (TOOLS, SCALING, ELIMINATION, REDUNDANCE, KKT, ACTIVE_SET, VISITS, SEARCH, POINT, RUN)
+    members = [TOOLS, CONES, SCALING, ELIMINATION, REDUNDANCE, KKT, ACTIVE_SET, VISITS]
+    members += [SEARCH, POINT, RUN]
     constants = "".join(
         f"    constexpr double {name} = {value};\n" for name, value in LIMITS.items()
     )

@@ -87,7 +87,9 @@ NUMBERS: dict[str, Shape] = {
     "factors": lambda a: (a.K, a.m),
     "directions": lambda a: (a.m, 2),
     "scalars": lambda a: (2,),
-    # of the modes
+    # of the modes; kept while friction and directions stay as they are
+    "radius": lambda a: (a.K, a.m),
+    "known_directions": lambda a: (a.m, 2),
     "basis": lambda a: (a.K, a.M, 3, 3),
     "constraints": lambda a: (a.K, a.M, 3, 3),
     "inequalities": lambda a: (a.K, a.M, a.r, 6),
@@ -149,11 +151,13 @@ NUMBERS: dict[str, Shape] = {
 COUNTS: dict[str, Shape] = {
     "settings": lambda a: (len(SearchSizes._fields) + len(SearchSetting),),
     "findings": lambda a: (len(SearchFinding),),
+    "start": lambda a: (a.K,),
+    "still_modes": lambda a: (a.K,),
     "dimensions": lambda a: (a.K, a.M),
     "used": lambda a: (a.K, a.M, a.r),
     "valid": lambda a: (a.K, a.M),
-    "start": lambda a: (a.K,),
-    "still_modes": lambda a: (a.K,),
+    "hull_nodes": lambda a: (a.m + 1,),
+    "hull_edges": lambda a: (a.m, 2),
     "first": lambda a: (a.K + 1,),
     "pivots": lambda a: (a.c,),
     "row_place": lambda a: (a.K * a.r,),

@@ -16,8 +16,11 @@ from warp_softbody.controllers.qpcc.contact import (
     force_elimination,
     kkt_residual,
     local_search,
+    mode_cones,
     warm_start,
 )
+from warp_softbody.controllers.qpcc.contact import mode_table as modes_of
+from warp_softbody.controllers.qpcc.contact.mode_table import mode_table
 from warp_softbody.controllers.qpcc.result import QPCCResult
 from warp_softbody.kernels.control.contact_search import LIMITS
 from warp_softbody.run.simulation import Simulation
@@ -129,6 +132,34 @@ def test_random_problems_from_any_start(contacts: int, monkeypatch: pytest.Monke
     assert tried >= 10 and alike >= tried - 1
 
 
+@pytest.mark.parametrize("directions", [3, 4, 8])
+def test_cones_are_those_of_the_mode_table(directions: int) -> None:
+    """Of contacts with and without friction, with unequal factors, and after these change."""
+    rng = np.random.default_rng(directions)
+    plain = with_squares(soft_body(0, contacts=4, controls=40, directions=directions))
+    search = CompiledSearch()
+    friction = np.array([0.7, 0.0, 0.3, 1.2])
+    for factors in (np.ones((4, directions)), *rng.uniform(0.2, 3.0, (3, 4, directions))):
+        problem = replace(plain, friction=friction, factors=factors)
+        search.solve(
+            problem,
+            start=(1,) * 4,
+            fallback_controls=np.zeros(40),
+            touching=np.ones(4, bool),
+            options=SolverOptions(kicks=0),
+        )
+        room, table = search._room(problem), mode_table(problem)
+        np.testing.assert_array_equal(room.counts["valid"], table.valid)
+        names = {"basis": "force_basis", "constraints": "velocity_constraints"}
+        for name in ("basis", "constraints", "inequalities", "halfspaces", "rays"):
+            expected = getattr(table, names.get(name, name))[table.valid]
+            found = room.numbers[name][table.valid]
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14)
+        for name, other in (("dimensions", "force_dimensions"), ("used", "inequality_used")):
+            expected = getattr(table, other)[table.valid]
+            np.testing.assert_array_equal(room.counts[name][table.valid], expected)
+
+
 def test_without_a_start_and_without_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
     search = CompiledSearch()
     options = SolverOptions(starts=0)
@@ -196,7 +227,7 @@ def test_what_the_native_code_does_not_know_goes_to_the_numpy_form() -> None:
 
 
 def test_both_forms_have_the_same_limits() -> None:
-    homes = (force_elimination, kkt_residual, local_search, warm_start)
+    homes = (force_elimination, kkt_residual, local_search, mode_cones, modes_of, warm_start)
     for name, value in LIMITS.items():
         for home in homes:
             if hasattr(home, name) and not (home is local_search and name == "SINGULAR"):
