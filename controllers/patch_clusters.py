@@ -128,8 +128,9 @@ def _choose(
     parts = len(division.middles)
     touched = np.unique(division.labels[touching])
     if len(touched) > count:
-        kept = np.flatnonzero(np.isin(touched, [part for part in last if part is not None]))
-        return np.sort(touched[_spread(division.middles[touched], count, kept.tolist()[:count])])
+        known = set(last)
+        kept = [i for i, part in enumerate(touched.tolist()) if part in known]
+        return np.sort(touched[_spread(division.middles[touched], count, kept[:count])])
     least = _least_gaps(division, near)
     least[touched] = -np.inf
     nearest = np.argsort(least, kind="stable")[: min(count, parts)]

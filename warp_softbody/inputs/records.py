@@ -115,8 +115,14 @@ def _first(mapping: Mapping[Any, Any]) -> str:
     return ", ".join(keys[:SHORT]) + (", ..." if len(keys) > SHORT else "")
 
 
-def _field_names(kind: type[Any]) -> list[str]:
-    return [entry.name for entry in fields(kind) if entry.init]
+_names: dict[Any, tuple[str, ...]] = {}
+
+
+def _field_names(kind: type[Any]) -> tuple[str, ...]:
+    found = _names.get(kind)
+    if found is None:
+        found = _names[kind] = tuple(entry.name for entry in fields(kind) if entry.init)
+    return found
 
 
 def _made(kind: type[Any], held: dict[str, Any]) -> Any:
