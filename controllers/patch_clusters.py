@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.controllers.contact_quadrature import NearSurface, measure, rest_areas
+from warp_softbody.controllers.contact_quadrature import TINY, NearSurface, measure, rest_areas
 from warp_softbody.controllers.patches import Patch, patches_of
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
@@ -28,8 +28,8 @@ Labels = npt.NDArray[np.intp]
 PARTS_A_PATCH = 8
 """Parts of a whole surface for each patch: about an eighth of a round body touches at a time."""
 
-SWEEPS = 100
-"""Of k-means, which ends long before."""
+LEVEL = 1e-6
+"""Difference of places, as a share of a piece's longest side, that counts as rounding."""
 
 
 class Partition(NamedTuple):
@@ -93,25 +93,47 @@ def clustered_patches(
 
 @lru_cache(maxsize=8)
 def partition(mesh: TetMesh, nodes: bytes, parts: int) -> Partition:
-    """Divide surface nodes into parts by k-means on rest positions, weighted by rest area.
+    """Divide surface nodes at rest into parts of about the same area.
 
-    The first middles are the node furthest from the mean of all, then the node furthest from every
-    middle so far: nothing is random.
+    A piece is cut across the longest side of its box, so that the areas are as the numbers of parts
+    on either side; where the cuts lie does not hang on the mesh, but for the width of a triangle.
     """
     chosen = np.frombuffer(nodes, np.int32)
-    points = mesh.points[chosen]
-    weights = rest_areas(mesh, nodes)
-    middles = points[_spread(points, parts)]
-    labels = np.full(len(points), -1)
-    for _ in range(SWEEPS):
-        nearest = _distances(points, middles).argmin(axis=1)
-        if np.array_equal(nearest, labels):
-            break
-        labels = nearest
-        for part in np.unique(labels):
-            inside = labels == part
-            middles[part] = np.average(points[inside], axis=0, weights=weights[inside])
-    return Partition(chosen, labels, middles)
+    points, weights = mesh.points[chosen], rest_areas(mesh, nodes)
+    if not weights.any():
+        weights = np.ones(len(chosen))
+    labels = np.zeros(len(chosen), dtype=np.intp)
+    pieces, done = [(np.arange(len(chosen)), parts)], 0
+    while pieces:
+        piece, count = pieces.pop()
+        first = np.zeros(len(piece), dtype=bool)
+        if count > 1:
+            first = _one_side(points[piece], weights[piece], (count // 2) / count)
+        if not first.any():
+            labels[piece] = done
+            done += 1
+            continue
+        pieces += [(piece[~first], count - count // 2), (piece[first], count // 2)]
+    sizes = np.maximum(np.bincount(labels, weights), TINY)
+    middles = [np.bincount(labels, weights * along) / sizes for along in points.T]
+    return Partition(chosen, labels, np.stack(middles, axis=1))
+
+
+def _one_side(points: FloatArray, weights: FloatArray, share: float) -> npt.NDArray[np.bool_]:
+    """Which nodes (k,) lie on the lower side of a cut that leaves about a share of the weight.
+
+    No cut parts nodes that are level with each other; none at all is on that side where all are.
+    """
+    sides = np.ptp(points, axis=0)
+    along = points[:, int(np.argmax(sides > (1.0 - LEVEL) * sides.max()))]
+    order = np.argsort(along, kind="stable")
+    steps = np.diff(along[order]) > LEVEL * sides.max()
+    below = np.cumsum(weights[order])[:-1] / max(float(weights.sum()), TINY)
+    off = np.where(steps, np.abs(below - share), np.inf)
+    lower = np.zeros(len(points), dtype=bool)
+    if steps.any():
+        lower[order[: int(np.argmin(np.round(off, 9))) + 1]] = True
+    return lower
 
 
 def _choose(
@@ -133,9 +155,7 @@ def _choose(
         return np.sort(touched[_spread(division.middles[touched], count, kept[:count])])
     least = _least_gaps(division, near)
     least[touched] = -np.inf
-    nearest = np.argsort(least, kind="stable")[: min(count, parts)]
-    # a part may have lost all its nodes to others
-    return np.sort(nearest[least[nearest] < np.inf])
+    return np.sort(np.argsort(least, kind="stable")[: min(count, parts)])
 
 
 def _least_gaps(division: Partition, near: NearSurface) -> FloatArray:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.support.blocks import SIZE, block, seen
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
-from warp_softbody.controllers.contact_quadrature import REACH, measure, shares_of
+from warp_softbody.controllers.contact_quadrature import LOADED, REACH, measure, shares_of
 from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.world.ground import Ground, Plane
@@ -111,11 +111,13 @@ def swing(character: Character, angle: float) -> FloatArray:
 
 
 def bearing(character: Character, positions: FloatArray) -> BodyView:
-    """Impulses grow with the depth, as those of a contact that is left and won."""
+    """Pressure grows with the depth, to a loaded foot's in 1e-3 m: contacts are left and won."""
     view = seen(character, positions, Plane())
-    depths = np.maximum(-positions[:, 2], 0.0)
+    foot = character.region("foot")
+    shares = measure(view, Plane(), [foot]).areas / (SIZE[0] * SIZE[1])
+    depths = np.maximum(-positions[foot, 2], 0.0) / 1e-3
     impulses = np.zeros((len(positions), 3))
-    impulses[:, 2] = 50.0 * view.weight * view.time_step * depths
+    impulses[foot, 2] = LOADED * view.weight * view.time_step * depths * shares
     return replace(view, impulses=impulses)
 
 

@@ -215,6 +215,23 @@ def test_parts_do_not_depend_on_the_pose_and_are_alike_in_size() -> None:
     assert len(sizes) == 9 and sizes.min() > 0.3 * sizes.mean() and sizes.max() < 3 * sizes.mean()
 
 
+def test_parts_converge_with_the_mesh() -> None:
+    """Their middles are those of the rectangles that halve and third the face, to an edge's length.
+
+    0.4 m by 0.3 m in five: two fifths left of x = 0.16 m, in halves; of the rest a third below
+    y = 0.1 m, and what is above in halves.
+    """
+    exact = [(0.08, 0.075), (0.08, 0.225), (0.28, 0.05), (0.22, 0.2), (0.34, 0.2)]
+    for refined in (1, 2, 4):
+        cells = (12 * refined, 9 * refined, 1)
+        character = slab(box(cells, SIZE))
+        division = partition(character.mesh, character.region("sole").tobytes(), 5)
+        assert len(division.middles) == 5
+        away = np.linalg.norm(division.middles[:, None, :2] - exact, axis=2)
+        assert sorted(away.argmin(axis=1)) == [0, 1, 2, 3, 4]
+        assert away.min(axis=1).max() < SIZE[0] / cells[0]
+
+
 def test_unusable_calls_are_refused() -> None:
     view = seen(slab())
     for count in (3, 9):
