@@ -11,6 +11,7 @@ import warp as wp
 from tests.support.bodies import box, muscular_bar, rig
 from warp_softbody.body.material import Material
 from warp_softbody.device.launching import argument_groups, launch, launched_kernels
+from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.run.simulation import Simulation
@@ -65,6 +66,8 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
     rig(box(), material=Material(volume="exact"), elements="smoothed", time_step=0.01).step()
     rig(box(), elements="smoothed", time_step=0.01).step()
     rig(box(), tangent="exact", newton_iterations=2, time_step=0.01).step()
+    two = SimulationOptions(newton_iterations=2)
+    Simulation(make("stack").scene, options=two, time_step=0.01).step()
     plain = rig(muscular_bar(), native_code=False, time_step=0.01)
     plain.step()
     ReducedDynamics(plain.stepper).solve(np.ones((1, 3 * plain.model.node_count)))

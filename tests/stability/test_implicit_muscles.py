@@ -27,7 +27,7 @@ CASES["strong undamped dt 0.5"] = longest_step(CASES["muscles strong undamped"])
 SUBJECTS = ("muscles dt 0.5", "muscles strong undamped", "strong undamped dt 0.5")
 
 
-@pytest.mark.parametrize("iterations", [1, 2])
+@pytest.mark.parametrize("iterations", [1, 2, 3])
 @pytest.mark.parametrize("name", SUBJECTS)
 def test_slack_to_full_and_back_comes_to_rest(name: str, iterations: int) -> None:
     """What is full of muscle stores at most the elastic energy of its full contraction.

@@ -16,6 +16,7 @@ from warp_softbody.engine.assembly import Assembly
 from warp_softbody.engine.ground_contact import GroundContact
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.momentum_account import Accountant
+from warp_softbody.engine.newton_control import Iterate, NewtonControl
 from warp_softbody.engine.pair_contact import PairConstraints, PairContact, StepVectors
 from warp_softbody.engine.rigid_balance import RigidBalance
 from warp_softbody.engine.state import Contacts, PairStates, State
@@ -46,6 +47,7 @@ class ContactSolver:
         velocity_update: struct of ``before`` and ``change``.
         carry: (2 bodies,) vec3d, momenta that rounding keeps velocities from taking.
         preconditioner: of the solves.
+        newton: control of the iterations; None where there is one only.
         turning: of bodies in flight.
     """
 
@@ -72,7 +74,10 @@ class ContactSolver:
         self._balance = RigidBalance(model, self._solver)
         self.carry = self._balance.carry
         self._ground = GroundContact(model, assembly, self._solver)
-        self.turning = Turning(model, self._solver, self.preconditioner)
+        self.newton: NewtonControl | None = None
+        if model.options.newton_iterations > 1:
+            self.newton = NewtonControl(model, assembly.values, self._solver)
+        self.turning = Turning(model, self._solver, self.preconditioner, self.newton)
         self._pairs: PairContact | None = None
         self.accountant = Accountant(model)
         self._read_counters = HostView(self._solver.counters).read
@@ -105,17 +110,49 @@ class ContactSolver:
     def launch_first(self, state: State, contacts: Contacts, renew: bool) -> None:
         """Launch the first solve of a step, with the modes of the last one."""
         self._solver.counters.zero_()
+        if self.newton is not None:
+            self.newton.launch_reset()
         self._add_pair_frictions(contacts)
         self._solver.set_target(self.right)
         self._ground.detect(state)
         self._launch_pass(state, contacts, renew=renew, first=True)
 
-    def launch_next(self, state: State, contacts: Contacts) -> None:
-        """Launch the first solve of a further Newton iteration."""
-        self._add_pair_frictions(contacts)
-        self._solver.set_target(self.right)
-        self._launch(self._ends.begin_iteration, 1, [], [self._solver.counters])
-        self._launch_pass(state, contacts)
+    def launch_newton(
+        self,
+        state: State,
+        contacts: Contacts,
+        placed: Any,
+        linearise: Callable[[], None],
+    ) -> None:
+        """Launch the further Newton iterations, once the modes of the first have settled.
+
+        ``linearise`` launches matrix and known impulses about the present velocities, for which
+        ``placed`` (n,) vec3 m then has the positions.
+        """
+        if self.newton is None:
+            return
+
+        def solve() -> None:
+            self._add_pair_frictions(contacts)
+            self._solver.set_target(self.right)
+            self._launch(self._ends.begin_iteration, 1, [], [self._solver.counters])
+            self._launch_pass(state, contacts)
+            self.launch_modes(state, contacts)
+
+        self.newton.launch(
+            Iterate(
+                change=self.change,
+                moved=self.velocity_update,
+                right=self.right,
+                held=self._model.arrays.masses.fixed,
+                placed=placed,
+                linearise=linearise,
+                solve=solve,
+                contacts=contacts,
+                found=self._found_pairs,
+                carry=self.carry,
+            )
+        )
 
     def launch_modes(self, state: State, contacts: Contacts) -> None:
         """Launch the choice of modes, and solves with them, until they settle."""
@@ -248,6 +285,7 @@ class ContactSolver:
         dt = options.time_step
         signorini, coulomb = (float(v) / dt for v in self._ground.read_violations())
         settled = int(counters[Counter.CHANGED]) == 0
+        halvings, stalls = (0, 0) if self.newton is None else self.newton.read()
         worst = None if settled or self._pairs is None else self._pairs.worst()
         return StepStatistics(
             iterations=iterations,
@@ -264,4 +302,6 @@ class ContactSolver:
             coulomb=coulomb,
             worst_node=-1 if settled else self._ground.worst_node(),
             worst_pair=worst,
+            halvings=halvings,
+            stalled=stalls > 0,
         )

@@ -108,7 +108,8 @@ class SimulationOptions:
         metadata=option(
             WholeKind(low=1),
             "Newton iterations of a step; 1 is the linearly implicit step, more approach the "
-            "implicit Euler step, each for the price of a step",
+            "implicit Euler step, each for the price of a step, and are halved where they would "
+            "lead away from it",
             knob="newton_iterations",
             short="Newton",
         ),

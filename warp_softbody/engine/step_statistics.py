@@ -53,6 +53,8 @@ class StepStatistics:
         worst_node: the node of the larger of the two where contact did not settle; else -1.
         worst_pair: names of the two bodies whose contact missed the laws most, where contact did
             not settle and surfaces touch each other.
+        halvings: of Newton steps that would have left more of the equations than was left.
+        stalled: whether a Newton iteration ended that way too, so that the one before it was kept.
     """
 
     iterations: int
@@ -69,6 +71,8 @@ class StepStatistics:
     coulomb: float
     worst_node: int
     worst_pair: tuple[str, str] | None = None
+    halvings: int = 0
+    stalled: bool = False
 
     @property
     def settled(self) -> bool:

@@ -291,12 +291,14 @@ class Stepper:
         before = [state.positions, state.velocities]
         inputs = [m.arrays.step.factors, *before, self.contact.change, self.contact.carry]
         self.contact.launch_modes(state, contacts)
-        for _ in range(m.options.newton_iterations - 1):
+        moved = self.contact.velocity_update
+
+        def linearise() -> None:
             self._launch(k.advance_state, m.node_count, inputs, ends)
-            moved = self.contact.velocity_update
             self._launch_again(state, control, contacts, after.positions, moved)
-            self.contact.launch_next(state, contacts)
-            self.contact.launch_modes(state, contacts)
+
+        if m.options.newton_iterations > 1:
+            self.contact.launch_newton(state, contacts, after.positions, linearise)
         self._launch(k.advance_state, m.node_count, inputs, ends)
 
         def relinearise(positions: Any, before: Any, change: Any) -> None:

@@ -13,7 +13,9 @@ from warp_softbody.device.host_view import HostView
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.model import Model
+from warp_softbody.engine.newton_control import Iterate, NewtonControl
 from warp_softbody.engine.state import Contacts, State
+from warp_softbody.kernels.contact.structs import make_contact_structs
 from warp_softbody.kernels.flight.arcs import make_arcs
 from warp_softbody.kernels.flight.frames import make_frames
 from warp_softbody.kernels.flight.groups import PLANNED_SHARE, make_flight_groups
@@ -54,14 +56,19 @@ class Turning:
     """
 
     def __init__(
-        self, model: Model, solver: ConjugateGradients, preconditioner: Preconditioner
+        self,
+        model: Model,
+        solver: ConjugateGradients,
+        preconditioner: Preconditioner,
+        newton: NewtonControl | None = None,
     ) -> None:
-        """Work arrays for the bodies of a model."""
+        """Work arrays for the bodies of a model; ``newton`` where a step has iterations."""
         n, vec3 = model.node_count, model.types.vec3
         bodies = len(model.scene.parts)
         self._model = model
         self._solver = solver
         self._preconditioner = preconditioner
+        self._newton = newton
         precision = model.options.precision
         self._structs = make_flight_structs(precision)
         # all of one module: made before any of them is launched
@@ -150,28 +157,51 @@ class Turning:
         self, state: State, start: Any, contacts: Contacts, after: State, flown: Flown
     ) -> None:
         """Launch the solve in the frames, and the way out of them."""
-        m, solver = self._model, self._solver
+        solver = self._solver
         before, change = solver.before, flown.change
         wp.copy(self._kinds, solver.kinds)
         self._enter(start, flown)
-        if m.options.newton_iterations > 1:
+        if self._newton is not None:
             flown.relinearise(state.positions, self._still, self._still)
+        self._load(flown)
         self._solve(contacts, flown)
-        for _ in range(m.options.newton_iterations - 1):
-            inputs = [m.arrays.step.factors, state.positions, before, change]
-            self._launch(self._frames.place, m.node_count, inputs, [self._placed])
-            flown.relinearise(self._placed, before, change)
-            self._solve(contacts, flown)
+        if self._newton is not None:
+            self._newton.launch(self._iterate(state, contacts, flown))
         inputs = [self._bodies, self._turning, self._groups, self._shares]
         inputs += [self._spins, self._rigid_frames, start, state.carry]
         outputs = [before, change, struct_of(self._structs.StepEnd, after), after.carry]
         self._launch(self._arcs.leave_frames, len(self._shares), inputs, outputs)
         wp.copy(solver.kinds, self._kinds)
 
+    def _iterate(self, state: State, contacts: Contacts, flown: Flown) -> Iterate:
+        """Newton's method in the frames, where all that does not turn is held."""
+        m, before, change = self._model, self._solver.before, flown.change
+        VelocityUpdate = make_contact_structs(m.options.precision).VelocityUpdate
+
+        def linearise() -> None:
+            inputs = [m.arrays.step.factors, state.positions, before, change]
+            self._launch(self._frames.place, m.node_count, inputs, [self._placed])
+            flown.relinearise(self._placed, before, change)
+            self._load(flown)
+
+        return Iterate(
+            change=change,
+            moved=struct_of(VelocityUpdate, before=before, change=change),
+            right=self._loaded,
+            held=self._solver.kinds,
+            placed=self._placed,
+            linearise=linearise,
+            solve=lambda: self._solve(contacts, flown),
+        )
+
+    def _load(self, flown: Flown) -> None:
+        """Launch the known impulses in the frames."""
+        inputs = [flown.right, self._loads]
+        self._launch(self._frames.add_loads, self._model.node_count, inputs, [self._loaded])
+
     def _solve(self, contacts: Contacts, flown: Flown) -> None:
         """Launch one solve for the velocities in the frames."""
-        solver, inputs = self._solver, [flown.right, self._loads]
-        self._launch(self._frames.add_loads, self._model.node_count, inputs, [self._loaded])
+        solver = self._solver
         solver.set_target(self._loaded)
         self._preconditioner.prepare(Freedom(solver.kinds, solver.axes, contacts.slip_stiffness))
         solver.solve(self._loaded, contacts.slip_stiffness, flown.change, first=True)

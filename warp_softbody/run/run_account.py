@@ -96,11 +96,13 @@ class RunAccount:
         self._energy = masses * np.maximum(0.5 * speed**2, fall)
         self._steps = 0
         self._bad_steps = 0
+        self._stalled_steps = 0
         self._worst: Unsettled | None = None
 
     def note(self, statistics: StepStatistics, time: float) -> None:
         """Count a step that began at a time, s."""
         self._steps += 1
+        self._stalled_steps += statistics.stalled
         if statistics.settled:
             return
         self._bad_steps += 1
@@ -212,6 +214,13 @@ class RunAccount:
             yield (
                 f"contact gave a body {100.0 * gained:.2g} % of its energy instead of taking it: "
                 "take a smaller time step"
+            )
+        if self._stalled_steps > max(1.0, MOST_UNSETTLED * self._steps):
+            explicit = self._model.segment_count > 0 and self._model.options.muscles == "explicit"
+            yield (
+                f"Newton's method stopped short in {self._stalled_steps} of {self._steps} steps, "
+                "as no part of its step came nearer to the solution: take "
+                f"{'implicit muscles or ' if explicit else ''}a smaller time step"
             )
         if self._bad_steps > max(1.0, MOST_UNSETTLED * self._steps):
             yield (

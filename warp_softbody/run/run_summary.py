@@ -69,6 +69,8 @@ class RunSummary:
             "contact" and "control".
         unconverged_steps: steps in which a linear solve or the contact modes did not settle.
         slept_steps: left out because all was at rest.
+        newton_halvings: of Newton steps, in all time steps together.
+        stalled_steps: steps in which no halving helped, so that Newton's method stopped short.
         signorini, coulomb: largest violation of a contact law by a node in any step, N, as in
             `StepStatistics`.
         precision: as used, "float32" or "float64".
@@ -100,6 +102,8 @@ class RunSummary:
     left_out: tuple[str, ...]
     unconverged_steps: int
     slept_steps: int
+    newton_halvings: int
+    stalled_steps: int
     signorini: float
     coulomb: float
     precision: str
@@ -117,6 +121,7 @@ class RunSummary:
         whole, part = self.step_ms["all"], self.step_ms
         steps = round(self.simulated_seconds / self.time_step)
         rest = [("at rest", f"{self.slept_steps} of {steps} steps left out")]
+        halved = [("newton", self._halved(steps))]
         files = f", {self.export_seconds:.1f} s of it for files" if self.export_seconds else ""
         return [
             (
@@ -148,6 +153,7 @@ class RunSummary:
                 f"most {self.signorini:.2g} N, off Coulomb's by {self.coulomb:.2g} N",
             ),
             ("quality", self._quality()),
+            *(halved if self.newton_halvings else []),
             *(rest if self.slept_steps else []),
             *(("in doubt", doubt) for doubt in self.findings.doubts),
         ]
@@ -164,6 +170,12 @@ class RunSummary:
             f"up to {f.most_inverted} tets inside out" if f.most_inverted else "",
         ]
         return ", ".join(part for part in parts if part)
+
+    def _halved(self, steps: int) -> str:
+        """What kept Newton's method from diverging."""
+        stalled = f", which did not help in {self.stalled_steps} of {steps} steps"
+        times = "once" if self.newton_halvings == 1 else f"{self.newton_halvings} times"
+        return f"step halved {times}" + (stalled if self.stalled_steps else "")
 
     def _saved(self, steps: int) -> str:
         """What the scene has no need of."""

@@ -20,7 +20,8 @@ class StepLog:
         wall: s, from the first step on.
         exporting: s, of the wall time, that the receiver of frames took.
         seconds: s, of each part in each step but the first.
-        renewals, unkicked, unconverged: steps, as in `RunSummary`.
+        renewals, unkicked, unconverged, stalled: steps, as in `RunSummary`.
+        halvings: of Newton steps.
         patches: most in a step.
         signorini, coulomb: largest violations, N.
     """
@@ -36,6 +37,8 @@ class StepLog:
     unkicked: int = 0
     qps: list[int] = field(default_factory=list)
     unconverged: int = 0
+    halvings: int = 0
+    stalled: int = 0
     patches: int = 0
     signorini: float = 0.0
     coulomb: float = 0.0
@@ -51,6 +54,8 @@ class StepLog:
         """Add a step; the ``first`` one loads kernels and captures graphs."""
         self.renewals += statistics.renewed
         self.unconverged += not statistics.settled
+        self.halvings += statistics.halvings
+        self.stalled += statistics.stalled
         if decision is not None:
             self.qps.append(decision.result.qp_count)
             self.unconverged += not decision.converged
@@ -122,6 +127,8 @@ class StepLog:
             left_out=model.absent_parts + (() if controlled else ("control",)),
             unconverged_steps=self.unconverged,
             slept_steps=slept_steps,
+            newton_halvings=self.halvings,
+            stalled_steps=self.stalled,
             signorini=self.signorini,
             coulomb=self.coulomb,
             precision=model.options.precision,

@@ -1,0 +1,1 @@
+"""Newton iterations that never diverge: what an iterate leaves, and whether it is accepted."""
