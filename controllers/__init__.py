@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.balance import Balance, BalanceGains
     from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains, CrawlPhase
     from warp_softbody.controllers.motions.exercise import Exercise, ExerciseGains, Sway
-    from warp_softbody.controllers.motions.jump import Jump, JumpGains
+    from warp_softbody.controllers.motions.jump import Jump
+    from warp_softbody.controllers.motions.jump_gains import JumpGains
     from warp_softbody.controllers.motions.roll import Leg, Roll, RollGains
     from warp_softbody.controllers.motions.slide import Slide, SlideGains
     from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk, WalkGains
@@ -63,7 +64,7 @@ _HOMES = {
     "GeneralResult": "qpcc",
     "Goals": "controller",
     "Jump": "motions.jump",
-    "JumpGains": "motions.jump",
+    "JumpGains": "motions.jump_gains",
     "Leg": "motions.roll",
     "ONE_BY_ONE": "motions.walk",
     "Objective": "objectives",

@@ -10,7 +10,6 @@ from warp_softbody import scenes
 from warp_softbody.body.character import Character
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.controllers.motions.balance import Balance
-from warp_softbody.controllers.motions.jump import Jump
 from warp_softbody.controllers.motions.roll import Roll
 from warp_softbody.scenes import ScenePlan, balance_i, jump_i, jump_t, roll_o
 
@@ -126,18 +125,17 @@ BALANCE = {
     "activation.change": Range(0.003, 0.05, log=True),
 }
 JUMP = {
-    "depth": Range(0.12, 0.35),
+    "depth": Range(0.12, 0.22),
     "crouch_time": Range(1.3, 3.1),
-    "launch.2": Range(0.65, 1.45),
-    "push": Range(3.8, 12.5, log=True),
-    "rise": Range(0.0, 0.3),
-    "position": Range(3.0, 12.5, log=True),
-    "velocity": Range(2.2, 6.4, log=True),
-    "spin": Range(0.95, 3.2, log=True),
-    "momentum_weight": Range(0.015, 0.2, log=True),
-    "spin_weight": Range(0.2, 10.0, log=True),
-    "reach.2": Range(-0.56, -0.44),
-    "reach_weight": Range(0.5, 10.0, log=True),
+    "launch.2": Range(0.34, 0.5),
+    "rise": Range(0.3, 0.6),
+    "push": Range(5.0, 12.5, log=True),
+    "push_spin": Range(3.0, 12.5, log=True),
+    "momentum_weight": Range(0.2, 3.0, log=True),
+    "spin_weight": Range(1.0, 30.0, log=True),
+    "height": Range(0.4, 0.48),
+    "reach_rate": Range(2.5, 6.0, log=True),
+    "reach_weight": Range(5.0, 100.0, log=True),
     "activation.effort": Range(0.01, 0.1, log=True),
     "activation.change": Range(0.01, 0.25, log=True),
     "landing.momentum_weight": Range(0.02, 0.3, log=True),
@@ -147,17 +145,12 @@ JUMP = {
     "landing.crouch": Range(0.0, 1.0),
     "landing.activation.change": Range(0.03, 0.8, log=True),
     "ease": Range(0.0, 6.0),
-    "strength": Range(1.8, 4.0, log=True),
+    "strength": Range(2.0, 6.0, log=True),
     "material.poisson_ratio": Range(0.465, 0.485),
-    "material.stiffness_damping": Range(0.03, 0.05, log=True),
+    "material.stiffness_damping": Range(0.015, 0.04, log=True),
 }
-FORWARD = {
-    "pitch": Range(0.4, 1.0),
-    "lean.0": Range(0.05, 0.2),
-    "launch.0": Range(0.65, 1.45),
-    "reach.0": Range(0.0, 0.15),
-}
-TURN = {"turn": Range(0.2, 2.0, log=True), "wind": Range(-2.0, -0.4)}
+FORWARD = {"launch.0": Range(0.04, 0.14), "way.0": Range(0.07, 0.13), "play": Range(0.03, 0.1)}
+TURN = {"turn": Range(0.9, 1.6), "wind": Range(-1.3, -0.5)}
 ROLL = {
     "lead": Range(0.1, 0.35),
     "position": Range(0.6, 3.1, log=True),
@@ -186,19 +179,19 @@ CASES = {
         GainCase(
             scene="jump-i",
             gains=jump_i.FORWARD,
-            controller=lambda gains: Jump(gains, start=jump_i.START),
+            controller=lambda gains: jump_i.jumper(gains, jumps=jump_i.HOPS),
             ranges=JUMP | FORWARD,
         ),
         GainCase(
             scene="jump-i-in-place",
             gains=jump_i.IN_PLACE,
-            controller=lambda gains: Jump(gains, jumps=3, start=jump_i.START),
+            controller=lambda gains: jump_i.jumper(gains, jumps=3),
             ranges=JUMP,
         ),
         GainCase(
             scene="jump-t",
             gains=jump_t.TWIST,
-            controller=lambda gains: Jump(gains, start=jump_i.START),
+            controller=jump_t.jumper,
             ranges=JUMP | TURN,
         ),
         GainCase(

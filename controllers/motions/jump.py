@@ -1,25 +1,27 @@
-"""Jumps: crouch, push off, fly, land (docs/method.md section 4)."""
+"""Jumps: crouch, push off, lift, fly, land (docs/method.md section 4)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from enum import Enum
 
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
-from warp_softbody.controllers.controller import ActivationCost, Goals, seen
-from warp_softbody.controllers.motions.balance import Balance, BalanceGains
+from warp_softbody.controllers.body_units import BodyUnits, in_si
+from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
+from warp_softbody.controllers.motions.balance import Balance
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
+from warp_softbody.controllers.motions.jump_gains import JumpGains
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
 
-Vector = tuple[float, float, float]
+NEARLY = 0.94
+"""Share of the wanted rising speed from which on the base is lifted."""
 
 
 class JumpPhase(Enum):
@@ -28,82 +30,9 @@ class JumpPhase(Enum):
     STAND = "stand"
     CROUCH = "crouch"
     PUSH = "push"
+    LIFT = "lift"
     FLY = "fly"
     LAND = "land"
-
-
-@dataclass(frozen=True, kw_only=True)
-class JumpGains:
-    """Gains, weights and timing of a jump, in units of the body (`BodyUnits`).
-
-    Attributes:
-        depth: L, how far the centre of mass is lowered before the jump.
-        lean: (x, y) L, how far it is shifted from the middle of the base meanwhile.
-        pitch: rad, by which the body is tipped forward meanwhile.
-        wind: rad, by which it is turned about the vertical meanwhile.
-        crouch_time: sqrt(L/g).
-        launch: sqrt(g L), wanted velocity of the centre of mass at take-off.
-        push: sqrt(g/L), how fast momentum is to come near that of the launch.
-        rise: sqrt(L/g), in which the wanted velocity comes up to that of the launch; 0 for at once.
-        push_time: sqrt(L/g), longest push; then the jump counts as failed and the body balances.
-        position: Kp, g/L, of the centre of mass while crouching.
-        velocity: Kd, sqrt(g/L), of the same.
-        spin: sqrt(g/L), decay of angular momentum.
-        turn: m g L, rate of angular momentum about the vertical wanted in the push.
-        momentum_weight: of the linear momentum, in units of m g dt.
-        spin_weight: of the angular momentum, in units of m g L dt.
-        reach: (x, y, z) L, base relative to the centre of mass wanted in the air; z below.
-        reach_rate: sqrt(g/L), how fast it is to come there.
-        reach_weight: of that velocity, in units of sqrt(g L).
-        rest_time: sqrt(L/g), between landing and the next jump.
-        activation: cost of effort and change while jumping.
-        landing: gains of the balance before and after it.
-        ease: by how much more than one a change costs at landing, as a factor.
-        ease_time: sqrt(L/g), after which it costs as usual.
-    """
-
-    depth: float = field(default=0.12, metadata=dimension(length=1.0))
-    lean: tuple[float, float] = field(default=(0.0, 0.0), metadata=dimension(length=1.0))
-    pitch: float = 0.0
-    wind: float = 0.0
-    crouch_time: float = field(default=1.566, metadata=dimension(time=1.0))
-    launch: Vector = field(default=(0.0, 0.0, 0.6386), metadata=dimension(length=1.0, time=-1.0))
-    push: float = field(default=6.386, metadata=dimension(time=-1.0))
-    rise: float = field(default=0.0, metadata=dimension(time=1.0))
-    push_time: float = field(default=1.566, metadata=dimension(time=1.0))
-    position: float = field(default=4.587, metadata=dimension(time=-2.0))
-    velocity: float = field(default=2.873, metadata=dimension(time=-1.0))
-    spin: float = field(default=2.554, metadata=dimension(time=-1.0))
-    turn: float = field(default=0.0, metadata=dimension(length=1.0))
-    momentum_weight: float = 1.0
-    spin_weight: float = 20.0
-    reach: Vector = field(default=(0.0, 0.0, -0.49), metadata=dimension(length=1.0))
-    reach_rate: float = field(default=2.554, metadata=dimension(time=-1.0))
-    reach_weight: float = 9.81
-    rest_time: float = field(default=3.132, metadata=dimension(time=1.0))
-    activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.015, change=0.006264)
-    )
-    landing: BalanceGains = field(default_factory=BalanceGains)
-    ease: float = 0.0
-    ease_time: float = field(default=0.9396, metadata=dimension(time=1.0))
-
-    def __post_init__(self) -> None:
-        """Refuse gains that are not finite or out of their range."""
-        checks.settle(
-            self,
-            positive=("crouch_time", "push_time"),
-            not_negative=(
-                *("push", "rise", "position", "velocity", "spin", "reach_rate"),
-                *("momentum_weight", "spin_weight", "reach_weight"),
-                *("rest_time", "ease", "ease_time"),
-            ),
-            finite=("depth", "pitch", "wind", "turn"),
-            vectors=("launch", "reach"),
-        )
-        checks.keep(self, lean=checks.vector("JumpGains.lean", self.lean, 2, unit="L"))
-        checks.instance("JumpGains.activation", self.activation, ActivationCost)
-        checks.instance("JumpGains.landing", self.landing, BalanceGains)
 
 
 class Jump:
@@ -117,12 +46,17 @@ class Jump:
         start: float = 1.566,
         base: str = "base",
         patches: tuple[str, ...] = BASE_PATCHES,
+        resting: tuple[int, ...] = (),
     ) -> None:
-        """Jump from a base region, ``start`` sqrt(L/g) after the run begins."""
+        """Jump from a base region, ``start`` sqrt(L/g) after the run begins.
+
+        The ``resting`` segments do not contract in crouch and push, so that the sole stays flat.
+        """
         self._gains = checks.optional("gains of Jump", gains, JumpGains)
         self._jumps = checks.whole("jumps of Jump", jumps)
         self._base = input_kinds.name("base of Jump", base)
         self._patches = input_kinds.names("patches of Jump", patches)
+        self._resting = segments("resting of Jump", resting)
         self._balance = Balance(self._gains.landing, base=base, patches=patches)
         self.phase = JumpPhase.STAND
         self._since = 0.0
@@ -130,6 +64,8 @@ class Jump:
         self._done = 0
         self._units: BodyUnits | None = None
         self._height: float | None = None
+        self._first = np.zeros(3)
+        self._ground = 0.0
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -141,12 +77,12 @@ class Jump:
         base = region_mean(view, view.positions, self._base)
         if self._height is None:
             self._height = float(view.center_of_mass[2] - base[2])
-        self._advance(view)
+        self._advance(view, base)
         if self.phase is JumpPhase.CROUCH:
             return self._wanted(view, self._crouch(view, base), grounded=True)
         if self.phase is JumpPhase.PUSH:
             return self._wanted(view, self._push(view), grounded=True)
-        if self.phase is JumpPhase.FLY:
+        if self.phase in (JumpPhase.LIFT, JumpPhase.FLY):
             return self._wanted(view, self._fly(view), grounded=False)
         goals = self._balance.goals(view)
         return replace(goals, activation=self._eased(view.time, goals.activation))
@@ -157,22 +93,31 @@ class Jump:
             return usual
         return eased_change(usual, g.ease, elapsed / g.ease_time)
 
-    def _advance(self, view: BodyView) -> None:
+    def _advance(self, view: BodyView, base: FloatArray) -> None:
         g, elapsed = self._gains, view.time - self._since
         airborne = not view.touching.any()
         if self.phase in (JumpPhase.STAND, JumpPhase.LAND):
             if elapsed >= self._wait and self._done < self._jumps:
-                self._enter(JumpPhase.CROUCH, view)
+                self._begin(view, base)
         elif self.phase is JumpPhase.CROUCH:
             if elapsed >= g.crouch_time:
                 self._enter(JumpPhase.PUSH, view)
-        elif self.phase is JumpPhase.PUSH:
+        elif self.phase in (JumpPhase.PUSH, JumpPhase.LIFT):
             if airborne:
                 self._enter(JumpPhase.FLY, view)
             elif elapsed >= g.push_time:
                 self._land(view)
+            elif self.phase is JumpPhase.PUSH and self._launched(view):
+                self._enter(JumpPhase.LIFT, view)
         elif not airborne and view.linear_momentum[2] < 0.0:
             self._land(view)
+
+    def _begin(self, view: BodyView, base: FloatArray) -> None:
+        """Begin a jump; ways count from where the first one began."""
+        if self._done == 0:
+            self._first = base
+        self._ground = float(base[2])
+        self._enter(JumpPhase.CROUCH, view)
 
     def _enter(self, phase: JumpPhase, view: BodyView) -> None:
         self.phase = phase
@@ -183,34 +128,47 @@ class Jump:
         self._wait = self._gains.rest_time
         self._done += 1
 
+    def _launched(self, view: BodyView) -> bool:
+        """Whether the body rises about as fast as it is to take off, or was to by now."""
+        g, due = self._gains, view.time + 0.5 * view.time_step - self._since
+        speed = float(view.linear_momentum[2] / view.mass)
+        return due >= g.rise or speed >= NEARLY * g.launch[2]
+
     def _wanted(self, view: BodyView, wanted: tuple[Objective, ...], *, grounded: bool) -> Goals:
-        patches = ground_patches(view, self._patches) if grounded else ()
-        return Goals(objectives=wanted, patches=patches, activation=self._gains.activation)
+        return Goals(
+            objectives=wanted,
+            patches=ground_patches(view, self._patches) if grounded else (),
+            activation=self._gains.activation,
+            resting=self._resting if grounded else (),
+        )
 
     def _crouch(self, view: BodyView, base: FloatArray) -> tuple[Objective, ...]:
-        """The centre of mass goes down and ahead on a planned way."""
+        """The centre of mass goes down, and the body winds up, on a planned way."""
         g = self._gains
         assert self._height is not None
         step, rate, bend = smooth_step((view.time - self._since) / g.crouch_time)
         rate, bend = rate / g.crouch_time, bend / g.crouch_time**2
-        way = np.array([*g.lean, -g.depth])
+        way = np.array([0.0, 0.0, -g.depth])
         goal = base + np.array([0.0, 0.0, self._height]) + step * way
         pull = bend * way + g.position * (goal - view.center_of_mass)
         linear = view.mass * (pull + g.velocity * rate * way) - g.velocity * view.linear_momentum
-        turning = _inertias(view) * np.array([0.0, g.pitch, g.wind])
+        turning = _inertias(view) * np.array([0.0, 0.0, g.wind])
         angular = turning * (bend + g.spin * rate) - g.spin * view.angular_momentum
         return self._momenta(view, linear, angular)
 
     def _push(self, view: BodyView) -> tuple[Objective, ...]:
-        g = self._gains
-        share = (view.time - self._since) / g.rise if g.rise > 0.0 else 1.0
-        step, rate, _ = smooth_step(share)
-        launch = view.mass * np.array(g.launch)
-        hastening = rate / g.rise * launch if g.rise > 0.0 else 0.0
-        momentum = hastening + g.push * (step * launch - view.linear_momentum)
-        spin = -g.spin * view.angular_momentum
-        spin[2] = step * g.turn * view.weight
-        return self._momenta(view, momentum, spin)
+        """Both momenta rise evenly to those wanted at take-off."""
+        g, elapsed = self._gains, view.time - self._since
+        share = min(1.0, elapsed / g.rise)
+        hastening = (min(1.0, (elapsed + view.time_step) / g.rise) - share) / view.time_step
+        linear = view.mass * np.array(g.launch)
+        turning = _inertias(view)
+        angular = turning * np.array([0.0, g.tip, g.turn / self._airtime(view, g.launch[2])])
+        return self._momenta(
+            view,
+            hastening * linear + g.push * (share * linear - view.linear_momentum),
+            hastening * angular + g.push_spin * (share * angular - view.angular_momentum),
+        )
 
     def _momenta(
         self, view: BodyView, linear: FloatArray, angular: FloatArray
@@ -221,11 +179,44 @@ class Jump:
             objectives.angular_momentum(view, angular, g.spin_weight),
         )
 
+    def _airtime(self, view: BodyView, speed: float) -> float:
+        """Seconds until a body that rises at a speed, m/s, lands at its landing height."""
+        gravity = objectives.weight_of(view) / view.mass
+        drop = float(view.center_of_mass[2]) - self._ground - self._gains.height
+        return (speed + float(np.sqrt(max(speed**2 + 2.0 * gravity * drop, 0.0)))) / gravity
+
     def _fly(self, view: BodyView) -> tuple[Objective, ...]:
-        g = self._gains
-        weights = mean_weights(view, (self._base,)) - view.masses / view.mass
-        way = g.reach_rate * (np.array(g.reach) - weights @ view.positions)
-        return (objectives.velocity(view, weights, way, g.reach_weight),)
+        """The base comes, level, to where it is to land as seen from the centre of mass."""
+        g, middle = self._gains, view.masses / view.mass
+        reach = self._reach(view)
+        across = mean_weights(view, (self._base,)) - middle
+        parts = [(across, axis) for axis in (0, 1)]
+        parts += [(mean_weights(view, (name,)) - middle, 2) for name in self._patches]
+        rows, target = np.zeros((len(parts), view.node_count, 3)), np.zeros(len(parts))
+        for number, (weights, axis) in enumerate(parts):
+            rows[number, :, axis] = weights
+            target[number] = g.reach_rate * (reach[axis] - weights @ view.positions[:, axis])
+        share = 1.0 / BodyUnits.of(view).speed
+        return (
+            Objective(
+                name="reach",
+                rows=share * rows.reshape(len(parts), -1),
+                target=share * target,
+                weight=np.asarray(g.reach_weight),
+            ),
+        )
+
+    def _reach(self, view: BodyView) -> FloatArray:
+        """Base relative to the centre of mass at landing, (3,) m.
+
+        It lands the wanted way ahead, but within play of the capture point.
+        """
+        g, speed = self._gains, view.linear_momentum / view.mass
+        landing = view.center_of_mass + self._airtime(view, float(speed[2])) * speed
+        wanted = self._first[:2] + (self._done + 1) * np.array(g.way) - landing[:2]
+        capture = np.sqrt(g.height * view.mass / objectives.weight_of(view)) * speed[:2]
+        near = np.clip(wanted, capture - g.play, capture + g.play)
+        return np.array([*near, -g.height])
 
 
 def _inertias(view: BodyView) -> FloatArray:

@@ -17,7 +17,7 @@ GAINS = (
     controllers.BalanceGains(),
     controllers.CrawlGains(arch=0.2),
     controllers.ExerciseGains(),
-    controllers.JumpGains(lean=(0.1, 0.2), rise=0.1, turn=0.3),
+    controllers.JumpGains(way=(0.1, 0.2), rise=0.1, turn=0.3),
     controllers.Leg(direction=1.0, turn=2.0),
     controllers.RollGains(),
     controllers.SlideGains(),

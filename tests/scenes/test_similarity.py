@@ -62,7 +62,7 @@ def lean(path: Path) -> float:
 
 MOTIONS: dict[str, tuple[float, Callable[[Path], float], float]] = {
     "balance-i": (0.9, lean, 1.0),
-    "jump-i": (1.3, ahead, 0.05),
+    "jump-i": (1.45, ahead, 0.04),
     "roll-o": (1.2, lean, 10.0),
     "slide-f": (2.1, ahead, 0.05),
     "walk-x": (1.5, ahead, 0.02),
