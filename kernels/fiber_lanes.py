@@ -1,8 +1,9 @@
-"""The stiffness of implicit muscles in native code, for processors.
+"""Stretches and stiffness of implicit muscles in native code, for processors.
 
-It does what ``stiffen_tets`` of ``implicit_muscles`` does, to rounding. The six pairs of a tet's
-corners lie side by side: what a fibre's direction gives to their blocks is the same but for a
-factor that never changes, so that a pair of a tet and a segment costs six products of vectors.
+It does what ``stretch_fibers`` and ``stiffen_tets`` of ``implicit_muscles`` do, to rounding. Fibres
+of a tet are stretched eight at a time. For the stiffness the six pairs of a tet's corners lie side
+by side: what a fibre's direction gives to their blocks is the same but for a factor that never
+changes, so that a pair of a tet and a segment costs six products of vectors.
 """
 
 from functools import cache
@@ -11,12 +12,85 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.kernels.implicit_muscles import SHORT
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "fiber_lanes"
 
 CORNER_PAIRS = 8
 """Numbers a pair has in ``shares``: six, and two that fill a register."""
+
+# A tet's last eight pairs may meet some of the eight before again, and find the same. Few pairs are
+# found one by one.
+STRETCH = """
+#pragma clang fp contract(fast)
+    const SCALAR short_one = SHORT;
+    const auto deformation = [&](const SCALAR* values, SCALAR* to) {
+        const int* corner = (const int*)tets.data + 4 * t;
+        const SCALAR* B = (const SCALAR*)rest_inverse.data + 9 * t;
+        const SCALAR *first = values + 3 * corner[0], *a = values + 3 * corner[1];
+        const SCALAR *b = values + 3 * corner[2], *c = values + 3 * corner[3];
+        for (int i = 0; i < 3; ++i) {
+            const SCALAR da = a[i] - first[i], db = b[i] - first[i], dc = c[i] - first[i];
+            for (int j = 0; j < 3; ++j) to[3 * i + j] = da * B[j] + db * B[3 + j] + dc * B[6 + j];
+        }
+    };
+    SCALAR F[9], G[9];
+    deformation((const SCALAR*)positions.data, F);
+    deformation((const SCALAR*)velocities.data, G);
+    for (int i = 0; i < 9; ++i) ((SCALAR*)deformations.data)[9 * t + i] = F[i];
+    const int begin = pair_start.data[t], end = pair_start.data[t + 1];
+    const size_t count = ways.shape[1];
+    SCALAR *n = (SCALAR*)directions.data, *rate = (SCALAR*)rates.data;
+    typedef SCALAR eight __attribute__((vector_size(8 * sizeof(SCALAR)),
+                                        aligned(sizeof(SCALAR))));
+    for (int at = begin; at < end && end - begin >= 8; at += 8) {
+        const int k = at + 8 <= end ? at : end - 8;
+        eight d[3], along[3], ahead[3], square = {}, speed = {};
+        for (int j = 0; j < 3; ++j) d[j] = *(const eight*)(ways.data + j * count + k);
+        for (int i = 0; i < 3; ++i) {
+            along[i] = F[3 * i] * d[0] + F[3 * i + 1] * d[1] + F[3 * i + 2] * d[2];
+            ahead[i] = G[3 * i] * d[0] + G[3 * i + 1] * d[1] + G[3 * i + 2] * d[2];
+            square += along[i] * along[i];
+        }
+        const eight length = __builtin_elementwise_sqrt(square), least = eight{} + short_one;
+        const auto cut = length < least;
+        const eight bound = cut ? least : length, reciprocal = (SCALAR)1.0 / bound;
+        *(eight*)(stretches.data + k) = cut
+            ? (SCALAR)0.5 * (square / short_one + short_one) : length;
+        *(eight*)(reciprocals.data + k) = reciprocal;
+        for (int i = 0; i < 3; ++i) {
+            along[i] *= reciprocal;
+            speed += along[i] * ahead[i];
+            for (int l = 0; l < 8; ++l) n[3 * (k + l) + i] = along[i][l];
+            if (again)
+                for (int l = 0; l < 8; ++l) rate[3 * (k + l) + i] = ahead[i][l];
+        }
+        *(eight*)(speeds.data + k) = speed;
+    }
+    for (int k = begin; k < end && end - begin < 8; ++k) {
+        SCALAR along[3], ahead[3], square = 0.0, speed = 0.0;
+        for (int i = 0; i < 3; ++i) {
+            along[i] = ahead[i] = 0.0;
+            for (int j = 0; j < 3; ++j) {
+                along[i] += F[3 * i + j] * ways.data[j * count + k];
+                ahead[i] += G[3 * i + j] * ways.data[j * count + k];
+            }
+            square += along[i] * along[i];
+        }
+        const SCALAR length = __builtin_elementwise_sqrt(square);
+        const SCALAR bound = length < short_one ? short_one : length;
+        stretches.data[k] = length < short_one
+            ? (SCALAR)0.5 * (square / short_one + short_one) : length;
+        reciprocals.data[k] = (SCALAR)1.0 / bound;
+        for (int i = 0; i < 3; ++i) {
+            n[3 * k + i] = along[i] / bound;
+            rate[3 * k + i] = ahead[i];
+            speed += along[i] / bound * ahead[i];
+        }
+        speeds.data[k] = speed;
+    }
+""".replace("SHORT", repr(SHORT))
 
 # Corners (0, 1), (0, 2), (0, 3), (1, 2), (1, 3) and (2, 3), as in ``stiffen_tets``.
 STIFFEN = """
@@ -58,7 +132,10 @@ def fiber_lanes_on(device: str, precision: str, fibers: Any, state: Any) -> Simp
 
 @cache
 def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleNamespace:
-    """Kernels ``share_corners``, once, and ``stiffen_tets``, with the structs of the plain ones."""
+    """Kernels ``share_corners``, once, ``stretch_fibers`` and ``stiffen_tets``.
+
+    The structs are those of the plain kernels.
+    """
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
@@ -70,12 +147,16 @@ def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleName
         step_factors: wp.array(dtype=scalar),
         # out
         shares: wp.array(dtype=scalar),
+        ways: wp.array2d(dtype=scalar),
     ):
-        # dt^2 w V0 (d . g_a) (d . g_b) of the six pairs of corners
+        # dt^2 w V0 (d . g_a) (d . g_b) of the six pairs of corners; ways: d
         t = wp.tid()
         dt = step_factors[0]
         for k in range(fibers.pair_start[t], fibers.pair_start[t + 1]):
-            p = fibers.rest_inverse[t] * fibers.directions[fibers.pair_segment[k]]
+            d = fibers.directions[fibers.pair_segment[k]]
+            for axis in range(3):
+                ways[axis, k] = d[axis]
+            p = fibers.rest_inverse[t] * d
             p0 = -(p[0] + p[1] + p[2])
             size = dt * dt * fibers.volume[k]
             shares[8 * k] = size * (p0 * p[0])
@@ -84,6 +165,46 @@ def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleName
             shares[8 * k + 3] = size * (p[0] * p[1])
             shares[8 * k + 4] = size * (p[0] * p[2])
             shares[8 * k + 5] = size * (p[1] * p[2])
+
+    @types.native(STRETCH)
+    def stretch_tet(
+        t: int,
+        again: int,
+        tets: wp.array(dtype=wp.vec4i),
+        rest_inverse: wp.array(dtype=mat33),
+        pair_start: wp.array(dtype=int),
+        ways: wp.array2d(dtype=scalar),
+        positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        deformations: wp.array(dtype=mat33),
+        directions: wp.array(dtype=vec3),
+        stretches: wp.array(dtype=scalar),
+        rates: wp.array(dtype=vec3),
+        speeds: wp.array(dtype=scalar),
+        reciprocals: wp.array(dtype=scalar),
+    ): ...
+
+    @kernel
+    def stretch_fibers(
+        # model
+        first: int,
+        again: int,
+        fibers: Fibers,
+        ways: wp.array2d(dtype=scalar),
+        # in
+        positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        # out
+        state: FiberState,
+    ):
+        # ``again``: rates of F d are needed, by further Newton iterations
+        # fmt: off
+        stretch_tet(
+            first + wp.tid(), again, fibers.tets, fibers.rest_inverse, fibers.pair_start, ways,
+            positions, velocities, state.deformations, state.directions, state.stretches,
+            state.rates, state.speeds, state.reciprocals,
+        )
+        # fmt: on
 
     @types.native(STIFFEN)
     def stiffen_tet(
@@ -116,4 +237,6 @@ def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleName
         )
         # fmt: on
 
-    return SimpleNamespace(share_corners=share_corners, stiffen_tets=stiffen_tets)
+    return SimpleNamespace(
+        share_corners=share_corners, stretch_fibers=stretch_fibers, stiffen_tets=stiffen_tets
+    )

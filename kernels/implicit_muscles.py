@@ -53,12 +53,16 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
 
     @wp.struct
     class FiberState:
-        """F of tets; n, stretch, rate of F d and 1 / |F d| of pairs; S and T of segments in K."""
+        """F of tets; S and T of segments in K; of pairs n, stretch, 1 / |F d|, and F d's rate.
+
+        ``speeds`` are what of that rate is along n.
+        """
 
         deformations: wp.array(dtype=mat33)
         directions: wp.array(dtype=vec3)
         stretches: wp.array(dtype=scalar)
         rates: wp.array(dtype=vec3)
+        speeds: wp.array(dtype=scalar)
         reciprocals: wp.array(dtype=scalar)
         moduli: wp.array(dtype=scalar)
         tensions: wp.array(dtype=scalar)
@@ -89,6 +93,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
             state.directions[k] = along / bound
             state.stretches[k] = stretch
             state.rates[k] = rate * d
+            state.speeds[k] = wp.dot(along / bound, rate * d)
             state.reciprocals[k] = scalar(1.0) / bound
 
     @kernel
@@ -115,7 +120,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         for i in range(segment_start[j], segment_start[j + 1]):
             k = segment_pair[i]
             stretch += fibers.share[k] * state.stretches[k]
-            rate += fibers.share[k] * wp.dot(state.directions[k], state.rates[k])
+            rate += fibers.share[k] * state.speeds[k]
         lengths[j] = rest_lengths[j] * stretch
         soon = stretch + step_factors[0] * wp.max(rate, scalar(0.0))
         reaches[j] = rest_lengths[j] * soon

@@ -159,7 +159,8 @@ STRETCH = """
 """
 
 # Tet by tet, so that a tet's stretch is read once and the sums of all segments stay in the
-# first-level cache. Segments meet their tets in ascending order, as in the plain kernel.
+# first-level cache. Segments meet their tets in ascending order, as in the plain kernel. A pair's
+# scale, where there are some, is 1 / |F d|.
 SEGMENTS = """
     const lanes* S = ROW(stretch);
     lanes* totals = ROW(maps);
@@ -173,7 +174,8 @@ SEGMENTS = """
             diagonal += d[2] * zz;
             lanes mixed = d[3] * xy + d[4] * xz;
             mixed += d[5] * yz;
-            totals[pair_segment.data[k]] += diagonal + mixed;
+            const SCALAR scale = scales.shape[0] ? scales.data[k] : (SCALAR)1.0;
+            totals[pair_segment.data[k]] += scale * (diagonal + mixed);
         }
     }
     for (int j = 0; j < segments; ++j)
@@ -375,6 +377,7 @@ def make_block_lanes(precision: str) -> SimpleNamespace:
         shares: wp.array2d(dtype=scalar),
         stiffness: wp.array(dtype=scalar),
         step_factors: wp.array(dtype=scalar),
+        scales: wp.array(dtype=scalar),
         stretch: wp.array2d(dtype=block),
         maps: wp.array2d(dtype=block),
     ): ...
@@ -388,6 +391,7 @@ def make_block_lanes(precision: str) -> SimpleNamespace:
         stiffness: wp.array(dtype=scalar),
         step_factors: wp.array(dtype=scalar),
         # in
+        scales: wp.array(dtype=scalar),
         stretch: wp.array2d(dtype=block),
         # out
         maps: wp.array2d(dtype=block),
@@ -395,7 +399,7 @@ def make_block_lanes(precision: str) -> SimpleNamespace:
         # fmt: off
         add_to_segments(
             wp.tid(), pair_start.shape[0] - 1, stiffness.shape[0], pair_start, pair_segment,
-            shares, stiffness, step_factors, stretch, maps,
+            shares, stiffness, step_factors, scales, stretch, maps,
         )
         # fmt: on
 

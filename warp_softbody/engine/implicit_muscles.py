@@ -28,6 +28,7 @@ class ImplicitMuscles:
         lengths: (s,) scalar m, l_0 times the mean stretch.
         reaches: (s,) scalar m, lengths at the step's end of segments that lengthen on as they do.
         deformations: (m,) mat33, F.
+        reciprocals: (q,) scalar, 1 / |F d| of the pairs of a tet and a segment.
         rest_rows: (m,) mat33, rows V0 g_a of the corners 1 to 3.
     """
 
@@ -55,6 +56,7 @@ class ImplicitMuscles:
             deformations=model.zeros(model.tet_count, types.mat33),
             stretches=model.zeros(pairs, scalar),
             rates=model.zeros(pairs, types.vec3),
+            speeds=model.zeros(pairs, scalar),
             directions=model.zeros(pairs, types.vec3),
             reciprocals=model.zeros(pairs, scalar),
             moduli=model.zeros(model.segment_count, scalar),
@@ -70,6 +72,7 @@ class ImplicitMuscles:
         self.lengths = model.zeros(model.segment_count, scalar)
         self.reaches = model.zeros(model.segment_count, scalar)
         self.deformations = self._state.deformations
+        self.reciprocals = self._state.reciprocals
         self.rest_rows = model.zeros(model.tet_count, types.mat33)
         mesh = [model.arrays.mesh.rest_inverse, model.arrays.mesh.rest_volume]
         rest_rows, count = self._kernels.rest_rows, model.tet_count
@@ -84,9 +87,12 @@ class ImplicitMuscles:
         self._lanes = fiber_lanes_on(options.device, *kinds) if options.native_code else None
         if self._lanes is None:
             return
-        self._shares = m.zeros(CORNER_PAIRS * len(m.muscles.pair_tet), m.types.scalar)
+        count = len(m.muscles.pair_tet)
+        self._shares = m.zeros(CORNER_PAIRS * count, m.types.scalar)
+        self._ways = m.zeros((3, count), m.types.scalar)
         kernel, inputs = self._lanes.share_corners, [self._fibers, m.arrays.step.factors]
-        with_kernels(lambda: self._launch(kernel, m.tet_count, inputs, [self._shares]))
+        outputs = [self._shares, self._ways]
+        with_kernels(lambda: self._launch(kernel, m.tet_count, inputs, outputs))
 
     def _launch(self, kernel: Any, count: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, count, inputs, outputs, self._model.options.device)
@@ -95,8 +101,13 @@ class ImplicitMuscles:
         """The work in order, once ``values`` holds the blocks between nodes of the matrix."""
         a, k, s = self._model.arrays, self._kernels, self._state
         own, edges = a.muscles, a.gather
+        again = self._model.options.newton_iterations > 1
 
         def stretch(first: int, last: int) -> None:
+            if self._lanes is not None:
+                inputs = [first, int(again), self._fibers, self._ways, positions, velocities]
+                self._launch(self._lanes.stretch_fibers, last - first, inputs, [s])
+                return
             inputs = [first, self._fibers, positions, velocities]
             self._launch(k.stretch_fibers, last - first, inputs, [s])
 
@@ -138,13 +149,13 @@ class ImplicitMuscles:
         inputs = [self._fibers, self._given_back, int(again), tensions, self._state]
         self._launch(self._kernels.pull_tets, self._model.tet_count, inputs, [forces])
 
-    def launch_weights(self) -> tuple[Any, Any]:
+    def launch_weights(self) -> Any:
         """Launch w / |F d| of the pairs, by tet and by segment, (q,) each."""
         k, count = self._kernels, len(self._weights)
         inputs = [self._model.arrays.muscles.pair_weight, self._state.reciprocals]
         self._launch(k.weigh_pairs, count, inputs, [self._weights])
         self._launch(k.by_segment, count, [self._segment_pair, self._weights], [self._sorted])
-        return self._weights, self._sorted
+        return self._sorted
 
 
 def _given_back(model: Model) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -21,16 +21,15 @@ class MuscleMap:
         self._lanes = lanes
         self._kernels = make_muscles(stepper.model.options.precision)
         if lanes is not None:
-            model, count = stepper.model, len(stepper.model.arrays.muscles.pair_segment)
+            model, own = stepper.model, stepper.model.arrays.muscles
+            count = len(own.pair_segment)
             self._shares = model.zeros((max(1, count), SHARES), model.types.scalar)
-            weights = model.arrays.muscles.pair_weight
-            with_kernels(lambda: self._share(lanes, weights))
-
-    def _share(self, lanes: SimpleNamespace, weights: Any) -> None:
-        """Launch what the native map makes of the weights (q,) of the pairs."""
-        a = self._stepper.model.arrays.muscles
-        pairs = [a.pair_segment, weights, a.directions]
-        self._run(lanes.share_directions, len(weights), pairs, [self._shares])
+            pairs = [own.pair_segment, own.pair_weight, own.directions]
+            share = lanes.share_directions
+            with_kernels(lambda: self._run(share, count, pairs, [self._shares]))
+            muscles = stepper.assembly.muscles
+            none = model.zeros(0, model.types.scalar)
+            self._scales = none if muscles is None else muscles.reciprocals
 
     def launch(self, responses: Any, stretch: Any, maps: Any) -> None:
         """Launch the map of ``responses`` (blocks, 3n).
@@ -43,16 +42,15 @@ class MuscleMap:
         tet_response = (self._lanes or self._kernels).tet_response
         weights, frames = a.segment_weight, [now.rotations, now.area_rows]
         if now.muscles is not None:
-            by_tet, weights = now.muscles.launch_weights()
             frames = [now.muscles.deformations, now.muscles.rest_rows]
-            if self._lanes is not None:
-                self._share(self._lanes, by_tet)
+            if self._lanes is None:
+                weights = now.muscles.launch_weights()
         turned = int(now.muscles is not None)
         inputs = [model.arrays.mesh.tets, turned, *frames, responses]
         self._run(tet_response, (blocks, model.tet_count), inputs, [stretch])
         if self._lanes is not None:
             pairs = [a.pair_start, a.pair_segment, self._shares]
-            inputs = [*pairs, *factors, stretch]
+            inputs = [*pairs, *factors, self._scales, stretch]
             self._run(self._lanes.muscle_response_by_tets, blocks, inputs, [maps])
             return
         segments = [a.segment_start, a.segment_tet, weights, a.directions]

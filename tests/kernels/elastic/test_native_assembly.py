@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.bodies import box, crumpled, epsilon, muscular_bar, numbers, rig
 from warp_softbody.body.material import Material
+from warp_softbody.characters import letter_i
 from warp_softbody.engine.options import Precision
 
 
@@ -20,7 +21,10 @@ def assembled(character: Any, **options: Any) -> list[np.ndarray[Any, Any]]:
     body.place(crumpled(body.model.body.mesh, amount=0.08), velocities)
     body.stepper.assemble(body.state)
     own = body.stepper.assembly
-    return [numbers(array) for array in (own.values, own.impulses, own.node_rotations)]
+    found = [own.values, own.impulses, own.node_rotations]
+    if own.muscles is not None:
+        found += [own.muscles.lengths, own.muscles.reaches, own.muscles.reciprocals]
+    return [numbers(array) for array in found]
 
 
 def same(native: list[Any], plain: list[Any], precision: Precision) -> None:
@@ -47,8 +51,10 @@ def test_smoothed_elements(volume: Any, tangent: Any, precision: Precision) -> N
 
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_implicit_muscles(precision: Precision, threads: int) -> None:
+@pytest.mark.parametrize("many", [False, True])
+def test_implicit_muscles(many: bool, precision: Precision, threads: int) -> None:
+    """Of a bar whose tets feel a few segments, and of a letter's, which feel up to dozens."""
     options: dict[str, Any] = {"muscles": "implicit", "precision": precision, "threads": threads}
-    bar = muscular_bar(helix=True)
-    found = [assembled(bar, native_code=native, **options) for native in (True, False)]
+    body = letter_i() if many else muscular_bar(helix=True)
+    found = [assembled(body, native_code=native, **options) for native in (True, False)]
     same(found[0], found[1], precision)
