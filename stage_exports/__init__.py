@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from warp_softbody.stage_exports.forms.convert import convert
     from warp_softbody.stage_exports.measures import Measures, measure, reversals
     from warp_softbody.stage_exports.pictures.movie import Movie
     from warp_softbody.stage_exports.pictures.picture import draw_picture
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from warp_softbody.stage_exports.usd.writer import StageWriter
 
 _HOMES = {
+    "convert": "forms.convert",
     "Measures": "measures",
     "Movie": "pictures.movie",
     "StageWriter": "usd.writer",
@@ -40,6 +42,7 @@ __all__ = [
     "StageWriter",
     "Take",
     "body_names",
+    "convert",
     "draw_picture",
     "draw_take",
     "measure",

@@ -28,6 +28,7 @@ TASKS = {
     "extract_names": "extraction",
     "find_faults": "faults",
     "merge": "merging",
+    "rewrite": "merging",
 }
 """Functions and their modules in this package; they take and return plain values and arrays."""
 

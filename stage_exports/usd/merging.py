@@ -46,6 +46,19 @@ def merge(folder: str, target: str) -> int:
     return len(merged.ListAllTimeSamples())
 
 
+def rewrite(source: str, target: str) -> None:
+    """The task of the process that reads the stage.
+
+    Raises:
+        InputError: the source is no USD file.
+        OSError: the target could not be written.
+    """
+    layer = Sdf.Layer.OpenAsAnonymous(source)
+    if layer is None:
+        raise InputError(f"{source!r} is not a USD file that can be read")
+    export(layer, target)
+
+
 def export(layer: Any, target: str) -> None:
     """Write a layer; the file may be half-written when this fails.
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from warp_softbody import __version__
 from warp_softbody.cli import (
     chart_command,
+    convert_command,
     list_command,
     mesh_command,
     output,
@@ -28,6 +29,7 @@ COMMANDS = (
     list_command,
     run_command,
     recover_command,
+    convert_command,
     mesh_command,
     chart_command,
     tune_command,

@@ -1,0 +1,1 @@
+"""Takes of a stage in the forms of other programs."""
