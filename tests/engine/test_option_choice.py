@@ -54,3 +54,8 @@ def test_what_is_asked_for_stays(elements: str, tangent: str) -> None:
 
 def test_the_exact_tangent_is_one_of_linear_elements() -> None:
     assert chosen(muscular("exact"), tangent="exact") == ("linear", "exact")
+
+
+def test_a_conserving_tangent_asked_for_decides_where_smoothed_elements_lack_it() -> None:
+    assert chosen(muscular("linear"), tangent="conserving") == ("linear", "conserving")
+    assert chosen(muscular("exact"), tangent="conserving") == ("smoothed", "conserving")

@@ -11,7 +11,6 @@ SINGLE, DOUBLE = "default float32", "default float64"
 KINK = "a half turn in one layer of cells is a minimum of the energy: its Hessian is positive there"
 SPIN = "inverted tets unfold into a spin that nothing stops, and a turning body swells"
 SWELLING = "x+ = x + dt v+ swells a body that turns by w dt a step, where it is under a thousandth"
-MUSCLES = "muscle forces are explicit in the shape"
 
 RECOVERY: Known = {
     ("mirrored free", SINGLE): f"7 of 9 do not, volumes 0.9196 to 1.045: {SPIN}",
@@ -31,10 +30,6 @@ RECOVERY: Known = {
     ("random beam", DOUBLE): f"2 of 12 do not, volumes 0.9518 and 0.9571: {KINK}",
     ("kinked", SINGLE): f"about yz and xyz, volume 0.9052: {KINK}",
     ("kinked", DOUBLE): f"about yz and xyz, volume 0.9052: {KINK}",
-    ("muscles dt 0.5", SINGLE): f"stops at step 6: {MUSCLES}",
-    ("muscles dt 0.5", DOUBLE): f"stops at step 13: {MUSCLES}",
-    ("muscles strong undamped", SINGLE): f"stops at step 4: {MUSCLES}",
-    ("muscles strong undamped", DOUBLE): f"stops at step 6: {MUSCLES}",
 }
 """Of ``test_case_recovers``, by case and configuration."""
 

@@ -70,7 +70,8 @@ class Fibers:
 
 def implicit(character: Character, **options: Any) -> Rig:
     """A rig with implicit muscles, its linear solves as good as direct ones."""
-    every: dict[str, Any] = {"time_step": DT, "muscles": "implicit"} | EXACT | options
+    plain = {"elements": "linear", "tangent": "warped", "muscles": "implicit"}
+    every: dict[str, Any] = {"time_step": DT} | plain | EXACT | options
     return rig(character, **every)
 
 

@@ -26,17 +26,22 @@ def _muscular(scene: Scene) -> bool:
     return any(character.muscles for character in scene.characters)
 
 
+def _exact_volumes(scene: Scene) -> bool:
+    return all(character.material.volume == "exact" for character in scene.characters)
+
+
 def _elements(options: SimulationOptions, scene: Scene) -> Elements:
-    """Smoothed for bodies with muscles, but for an exact tangent, which these lack."""
+    """Smoothed for bodies with muscles, but for a tangent asked for that these lack."""
     if options.elements != "auto":
         return options.elements
-    return "smoothed" if _muscular(scene) and options.tangent != "exact" else "linear"
+    lacking = options.tangent == "exact"
+    lacking |= options.tangent == "conserving" and not _exact_volumes(scene)
+    return "smoothed" if _muscular(scene) and not lacking else "linear"
 
 
 def _tangent(options: SimulationOptions, scene: Scene, elements: Elements) -> Tangent:
     """Conserving for bodies with muscles, where the elements have it."""
     if options.tangent != "auto":
         return options.tangent
-    exact = all(character.material.volume == "exact" for character in scene.characters)
-    known = elements == "linear" or exact
+    known = elements == "linear" or _exact_volumes(scene)
     return "conserving" if _muscular(scene) and known else "warped"
