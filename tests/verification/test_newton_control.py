@@ -10,11 +10,15 @@ import pytest
 from tests.support.bodies import EXACT, Rig, box, epsilon, numbers, rig
 from tests.verification.implicit_euler import residual, rounding, step_matrix
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
+from warp_softbody.body.mesh import TetMesh
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes import make
 from warp_softbody.world.ground import Plane
+from warp_softbody.world.joined_bodies import Body
+from warp_softbody.world.scene import Scene
 
 MESH = box((3, 2, 2), (0.3, 0.2, 0.2), (0.0, 0.0, 0.05), jitter=0.2)
 MIDDLE = MESH.points.mean(axis=0)
@@ -193,3 +197,33 @@ def test_explicit_muscles_are_doubted_and_do_not_diverge() -> None:
     assert any("Newton's method stopped short" in doubt for doubt in summary.findings.doubts)
     assert any("implicit muscles" in doubt for doubt in summary.findings.doubts)
     assert "step halved" in str(summary)
+
+
+def test_tangles_that_collide_keep_their_momentum() -> None:
+    """The impulses of a pair go with the velocities of an iterate, as those of the ground do."""
+    material = Material(young_modulus=1e5, stiffness_damping=0.0, **BODIES["conserving"][0])
+    above = TetMesh.from_arrays(MESH.points + np.array([0.05, 0.02, 0.3]), MESH.tets)
+    lower, upper = (
+        Character(name=name, mesh=mesh, material=material)
+        for name, mesh in (("lower", MESH), ("upper", above))
+    )
+    scene = Scene(
+        character=lower,
+        others=(Body(character=upper, velocity=(0.0, 0.0, -3.0)),),
+        gravity=(0.0, 0.0, 0.0),
+    )
+    options = SimulationOptions(
+        newton_iterations=3, tangent="conserving", precision="float64", tolerance=1e-10
+    )
+    simulation = Simulation(scene, options=options, time_step=0.02)
+    tangled = np.concatenate([RANDOM, RANDOM + np.array([0.05, 0.02, 0.3])])
+    simulation.state.positions.assign(tangled)
+    masses, pressed = simulation.model.masses, 0.0
+    for _ in range(40):
+        simulation.step()
+        momentum = masses @ numbers(simulation.state.velocities)
+        np.testing.assert_allclose(momentum, [0.0, 0.0, -3.0 * masses.sum() / 2.0], atol=1e-8)
+        pairs = simulation.contacts.pairs
+        assert pairs is not None
+        pressed += np.abs(numbers(pairs.impulses)).sum()
+    assert simulation.summary().newton_halvings > 0 and pressed > 1.0
