@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.exercise import Exercise, ExerciseGains, Sway
     from warp_softbody.controllers.motions.jump import Jump
     from warp_softbody.controllers.motions.jump_gains import JumpGains
-    from warp_softbody.controllers.motions.roll import Leg, Roll, RollGains
+    from warp_softbody.controllers.motions.roll import Roll
+    from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
     from warp_softbody.controllers.motions.slide import Slide, SlideGains
     from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk, WalkGains
     from warp_softbody.controllers.objectives import Objective
@@ -65,7 +66,7 @@ _HOMES = {
     "Goals": "controller",
     "Jump": "motions.jump",
     "JumpGains": "motions.jump_gains",
-    "Leg": "motions.roll",
+    "Leg": "motions.roll_gains",
     "ONE_BY_ONE": "motions.walk",
     "Objective": "objectives",
     "Patch": "patches",
@@ -73,7 +74,7 @@ _HOMES = {
     "QPCCResult": "qpcc",
     "QPCCStatus": "qpcc",
     "Roll": "motions.roll",
-    "RollGains": "motions.roll",
+    "RollGains": "motions.roll_gains",
     "Slide": "motions.slide",
     "SlideGains": "motions.slide",
     "SolverOptions": "qpcc",

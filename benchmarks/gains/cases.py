@@ -152,16 +152,18 @@ JUMP = {
 FORWARD = {"launch.0": Range(0.04, 0.14), "way.0": Range(0.07, 0.13), "play": Range(0.03, 0.1)}
 TURN = {"turn": Range(0.9, 1.6), "wind": Range(-1.3, -0.5)}
 ROLL = {
-    "lead": Range(0.1, 0.35),
-    "position": Range(0.6, 3.1, log=True),
-    "velocity": Range(0.16, 1.6, log=True),
-    "spin": Range(0.1, 0.5),
-    "top_speed": Range(0.38, 0.83),
-    "follow": Range(0.0, 0.65),
-    "spin_weight": Range(0.02, 4.0, log=True),
-    "momentum_weight": Range(0.005, 1.0, log=True),
-    "activation.effort": Range(0.02, 0.2, log=True),
-    "activation.change": Range(0.03, 0.38, log=True),
+    "cruise": Range(0.3, 0.5),
+    "speedup": Range(0.05, 0.12),
+    "brake": Range(0.04, 0.08),
+    "closing": Range(0.6, 1.6),
+    "follow": Range(0.5, 1.6),
+    "tilt_gain": Range(0.5, 3.0),
+    "shape_follow": Range(1.0, 4.0),
+    "roll_weight": Range(0.5, 5.0, log=True),
+    "tilt_weight": Range(0.02, 0.3, log=True),
+    "squash_weight": Range(0.02, 0.4, log=True),
+    "activation.effort": Range(0.2, 2.0, log=True),
+    "activation.change": Range(0.3, 4.0, log=True),
     "strength": Range(1.4, 2.7, log=True),
     "material.stiffness_damping": Range(0.03, 0.1, log=True),
 }

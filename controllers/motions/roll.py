@@ -1,16 +1,18 @@
-"""Rolling: fall ahead of the contact, over and over (docs/method.md section 4)."""
+"""Rolling by given angles: lean ahead of the contact, back to stop (docs/method.md section 4)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
+from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import angle_turned, contact_point
+from warp_softbody.controllers.motions.mean_shape import MeanShape
+from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
+from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch
 from warp_softbody.inputs import checks, input_kinds
@@ -20,84 +22,36 @@ LET_GO = 5.0
 """Time constants of the letting go after which muscles are slack for good: less than a hundredth
 of the contraction is left."""
 
-STILL = 0.016
-"""sqrt(g L), of the centre of mass, below which a body that rolls out counts as still."""
+THERE = 0.1
+"""rad from the end of a leg within which the body has arrived."""
 
-STILL_TIME = 1.566
-"""sqrt(L/g) that it has to be still: longer than it stands at the end of a swing back."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RollGains:
-    """Gains and weights of rolling along x, in units of the body (`BodyUnits`).
-
-    Attributes:
-        lead: L, how far ahead of the contact the centre of mass is wanted.
-        position: Kp, g/L, of the centre of mass.
-        velocity: Kd, sqrt(g/L), of linear momentum.
-        spin: m g L, wanted rate of angular momentum about the axis.
-        steadiness: sqrt(g/L), decay of angular momentum about the other axes.
-        top_speed: sqrt(g L), of the centre of mass, at which the wanted rate has fallen to zero.
-        follow: sqrt(L/g), time in which the plan follows a contact that moves along the rim.
-        ease: sqrt(L/g), in which lead and spin come up at the start of a leg.
-        release: sqrt(L/g), time constant in which muscles let go at the end of a leg.
-        spin_weight: of the angular momentum, in units of m g L dt.
-        momentum_weight: of the linear momentum, in units of m g dt.
-        activation: cost of effort and change.
-    """
-
-    lead: float = field(default=0.1, metadata=dimension(length=1.0))
-    position: float = field(default=1.529, metadata=dimension(time=-2.0))
-    velocity: float = field(default=1.596, metadata=dimension(time=-1.0))
-    spin: float = field(default=0.1, metadata=dimension(length=1.0))
-    steadiness: float = field(default=1.596, metadata=dimension(time=-1.0))
-    top_speed: float = field(default=0.4789, metadata=dimension(length=1.0, time=-1.0))
-    follow: float = field(default=0.1566, metadata=dimension(time=1.0))
-    ease: float = field(default=0.9396, metadata=dimension(time=1.0))
-    release: float = field(default=0.3132, metadata=dimension(time=1.0))
-    spin_weight: float = 5.0
-    momentum_weight: float = 1.0
-    activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.02, change=0.1566)
-    )
-
-    def __post_init__(self) -> None:
-        """Refuse gains that are not finite or out of their range."""
-        checks.settle(
-            self,
-            positive=("top_speed",),
-            not_negative=(
-                *("position", "velocity", "steadiness", "follow", "ease", "release"),
-                *("spin_weight", "momentum_weight"),
-            ),
-            finite=("lead", "spin"),
-        )
-        checks.instance("RollGains.activation", self.activation, ActivationCost)
+STILL = 0.02
+"""sqrt(g/L), of rolling, below which it counts as still."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Leg:
-    """Rolls one way until the body has turned, then lets go and rolls out until it is still.
+class _Wheel(NamedTuple):
+    """A body as a wheel along x: height over its contact, inertia about that, and speed in SI."""
 
-    Attributes:
-        direction: +1 or -1, along x.
-        turn: rad, by which it is driven.
-        longest: sqrt(L/g), longest time in which it is driven.
-    """
+    height: float
+    inertia: float
+    speed: float
 
-    direction: float
-    turn: float
-    longest: float = field(default=10.96, metadata=dimension(time=1.0))
-
-    def __post_init__(self) -> None:
-        """Refuse a direction other than 1 and -1, and a turn or time that is not positive."""
-        checks.settle(self, positive=("turn", "longest"), finite=("direction",))
-        if abs(self.direction) != 1.0:
-            checks.refuse("Leg.direction", "1 or -1", self.direction)
+    @classmethod
+    def of(cls, view: BodyView, rim: str, spin_inertia: float) -> _Wheel:
+        """Of a body with an inertia about its centre of mass, on a region of its surface."""
+        height = float((view.center_of_mass - contact_point(view, rim))[2])
+        inertia = spin_inertia + view.mass * height**2
+        momentum = view.angular_momentum[1] + height * view.linear_momentum[0]
+        return cls(height, inertia, float(momentum) / inertia)
 
 
 class Roll:
-    """Rolls leg by leg; afterwards passive."""
+    """Rolls leg by leg; afterwards passive.
+
+    The speed that is wanted depends on the angle that is left, not on the time: so a body that is
+    late still stops at the end of its leg. Its rate of change is asked of the momentum about the
+    contact, and of the body's tilt, with which it leans ahead of it.
+    """
 
     def __init__(
         self,
@@ -116,54 +70,116 @@ class Roll:
         self._parts = checks.whole("parts of Roll", parts, low=self._count, high=2**16)
         self._last: tuple[Patch, ...] = ()
         self._units: BodyUnits | None = None
-        self._height: float | None = None
-        self._behind: FloatArray | None = None
-        self._heading = 0.0
         self._angle = 0.0
-        self._from = 0.0
+        self._end = self._legs[0].direction * self._legs[0].turn if self._legs else 0.0
         self._begun = 0.0
-        self._released = None if self._legs else 0.0
         self._moved = 0.0
+        self._reference = 0.0
+        self._released = None if self._legs else 0.0
 
     def goals(self, view: BodyView) -> Goals | None:
-        """Objectives of the step from ``view`` on; None where the body rolls out."""
+        """Objectives of the step from ``view`` on; None once the muscles have let go."""
         view = seen(view)
         if self._units is None:
             self._units = BodyUnits.of(view)
             self._gains = in_si(self._gains, self._units)
             self._legs = [in_si(leg, self._units) for leg in self._legs]
-        self._advance(view, self._units)
+        self._angle += float(np.angle(np.exp(1j * (angle_turned(view, 2, 0) - self._angle))))
         if self._released is not None:
             return self._let_go(view, self._units, view.time - self._released)
-        g = self._gains
-        goal = self._goal(view, self._headed(view, self._legs[0].direction))
-        pull = view.mass * g.position * (goal - view.center_of_mass)
-        rate = pull - g.velocity * view.linear_momentum
+        shape = MeanShape.of(view)
+        wheel = _Wheel.of(view, self._rim, shape.inertia)
+        self._advance(view, self._units, wheel.speed)
+        rate = self._acceleration(view, wheel.speed)
         return Goals(
             objectives=(
-                objectives.linear_momentum(view, rate, g.momentum_weight),
-                objectives.angular_momentum(view, self._spin(view), g.spin_weight),
+                self._rolling(view, wheel, rate),
+                *self._steadiness(view),
+                self._shape(view, shape, rate * wheel.inertia / (view.weight * wheel.height)),
             ),
             patches=self._patches(view),
-            activation=g.activation,
+            activation=self._gains.activation,
         )
 
-    def _advance(self, view: BodyView, units: BodyUnits) -> None:
-        """Let go where the body has turned enough, take the next leg where it is still."""
-        turned = np.angle(np.exp(1j * (angle_turned(view, 2, 0) - self._angle)))
-        self._angle += float(turned)
-        if abs(view.linear_momentum[0]) > STILL * units.speed * view.mass:
+    def _advance(self, view: BodyView, units: BodyUnits, speed: float) -> None:
+        """Take the next leg where the body has been still at the end of one, or let go."""
+        if abs(self._end - self._angle) > THERE or abs(speed) > STILL / units.time:
             self._moved = view.time
-        if self._released is None:
-            leg = self._legs[0]
-            turned_enough = abs(self._angle - self._from) >= leg.turn
-            if turned_enough or view.time - self._begun >= leg.longest:
-                self._released = self._moved = view.time
-                self._heading = 0.0
-                del self._legs[0]
-        elif self._legs and view.time - self._moved >= STILL_TIME * units.time:
-            self._released, self._behind = None, None
-            self._from, self._begun = self._angle, view.time
+        leg = self._legs[0]
+        arrived = view.time - self._moved >= self._gains.hold
+        if not (arrived or view.time - self._begun >= leg.longest):
+            return
+        if len(self._legs) == 1:
+            self._released = view.time
+            return
+        del self._legs[0]
+        self._begun = self._moved = view.time
+        self._end = self._angle + self._legs[0].direction * self._legs[0].turn
+        self._reference = 0.0
+
+    def _acceleration(self, view: BodyView, speed: float) -> float:
+        """Wanted rate of the speed of rolling, rad/s^2: that of the profile and what is off it."""
+        g = self._gains
+        before = self._reference
+        wanted = self._profile(self._end - self._angle)
+        most = abs(before) + g.speedup * view.time_step
+        self._reference = float(np.clip(wanted, -most, most))
+        ahead = float(
+            np.clip((self._reference - before) / view.time_step, -g.acceleration, g.acceleration)
+        )
+        return float(
+            np.clip(ahead + g.follow * (self._reference - speed), -g.acceleration, g.acceleration)
+        )
+
+    def _profile(self, left: float) -> float:
+        """Speed, rad/s, with which the rest of the way, rad, is covered.
+
+        Braking evenly it falls with the root of the way, and at last in proportion to it.
+        """
+        g = self._gains
+        last = g.brake / g.closing
+        speed = float(np.sqrt(2.0 * g.brake * abs(left) + last**2)) - last
+        return float(np.sign(left)) * min(g.cruise, speed)
+
+    def _rolling(self, view: BodyView, wheel: _Wheel, rate: float) -> Objective:
+        """The momentum about the contact of a wheel whose speed changes at a rate, rad/s^2.
+
+        Gravity changes it, by the weight's lever arm, and no muscle does: leaning is all there is.
+        Of both momenta apart a plan pays for the one with the other, and so shakes.
+        """
+        unit = BodyUnits.of(view).length * view.weight * view.time_step
+        rows = objectives.angular_momentum_rows(view)[1:2]
+        rows = rows + wheel.height * objectives.momentum_rows(view)[:1]
+        target = wheel.inertia * (wheel.speed + view.time_step * rate)
+        return Objective(
+            name="rolling",
+            rows=rows / unit,
+            target=np.array([target / unit]),
+            weight=np.array([self._gains.roll_weight]),
+        )
+
+    def _steadiness(self, view: BodyView) -> tuple[Objective, Objective]:
+        """Decay of the momenta across the way and upward, and of the turning about these axes."""
+        decay, weight = self._gains.steadiness, self._gains.steady_weight
+        return (
+            objectives.linear_momentum(
+                view, -decay * view.linear_momentum, weight * np.array([0.0, 1.0, 1.0])
+            ),
+            objectives.angular_momentum(
+                view, -decay * view.angular_momentum, weight * np.array([1.0, 0.0, 1.0])
+            ),
+        )
+
+    def _shape(self, view: BodyView, shape: MeanShape, ahead: float) -> Objective:
+        """Tilt that brings the weight ahead of the contact, ``ahead`` over its height; no squash.
+
+        A rigid ellipse, but little out of round, has its lowest point at twice its tilt times its
+        height behind its middle.
+        """
+        g = self._gains
+        rates = g.shape_follow * np.array([0.5 * g.tilt_gain * ahead - shape.tilt, -shape.squash])
+        weight = np.array([g.tilt_weight, g.squash_weight]) / view.time_step
+        return shape.objective(view, rates, weight)
 
     def _let_go(self, view: BodyView, units: BodyUnits, since: float) -> Goals | None:
         release = self._gains.release
@@ -175,35 +191,6 @@ class Roll:
             patches=self._patches(view),
             activation=ActivationCost(effort=1.0, change=release / units.time),
         )
-
-    def _headed(self, view: BodyView, direction: float) -> float:
-        """The direction, come up from that of the leg before."""
-        ease = self._gains.ease
-        step = view.time_step / ease if ease > 0.0 else 2.0
-        self._heading += float(np.clip(direction - self._heading, -step, step))
-        return self._heading
-
-    def _goal(self, view: BodyView, heading: float) -> FloatArray:
-        """Where the centre of mass is wanted, m: ahead of the contact, at its first height."""
-        g = self._gains
-        middle = contact_point(view, self._rim)
-        if self._height is None:
-            self._height = float(view.center_of_mass[2] - middle[2])
-        behind = middle - view.center_of_mass
-        if self._behind is None:
-            self._behind = behind
-        self._behind += (behind - self._behind) * view.time_step / (view.time_step + g.follow)
-        ahead = np.array([heading * g.lead, 0.0, self._height])
-        return np.asarray(view.center_of_mass + self._behind + ahead)
-
-    def _spin(self, view: BodyView) -> FloatArray:
-        """Wanted rate of angular momentum, N m."""
-        g, heading = self._gains, self._heading
-        spin = -g.steadiness * view.angular_momentum
-        speed = float(np.sign(heading) * view.linear_momentum[0] / view.mass)
-        eager = float(np.clip(1.0 - speed / g.top_speed, -1.0, 1.0))
-        spin[1] = heading * eager * g.spin * view.weight
-        return np.asarray(spin)
 
     def _patches(self, view: BodyView) -> tuple[Patch, ...]:
         self._last = clustered_patches(

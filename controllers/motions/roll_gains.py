@@ -1,0 +1,87 @@
+"""What is asked of a body that rolls: gains, weights and the legs of its way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from warp_softbody.controllers.body_units import dimension
+from warp_softbody.controllers.controller import ActivationCost
+from warp_softbody.inputs import checks
+
+
+@dataclass(frozen=True, kw_only=True)
+class RollGains:
+    """Gains and weights of rolling along x, in units of the body (`BodyUnits`).
+
+    Attributes:
+        cruise: sqrt(g/L), greatest speed of rolling that is wanted.
+        speedup: g/L, with which that speed comes up.
+        brake: g/L, with which it falls towards the end of a leg.
+        closing: sqrt(g/L), how fast the last bit of the way decays.
+        follow: sqrt(g/L), how fast a speed that is off is to come back.
+        acceleration: g/L, greatest acceleration that is asked for, either way.
+        tilt_gain: tilt of the body over the one that turns a rigid ellipse so fast.
+        shape_follow: sqrt(g/L), how fast tilt and squash are to come.
+        steadiness: sqrt(g/L), decay of the momenta that do not belong to rolling.
+        hold: sqrt(L/g), for which the body has to be still at the end of a leg.
+        release: sqrt(L/g), time constant in which muscles let go after the last leg.
+        roll_weight: of the momentum of rolling about the contact, in units of m g L dt.
+        steady_weight: of the momenta that do not belong to rolling, in units of m g dt and m g L
+            dt.
+        tilt_weight: sqrt(L/g), of the tilt's rate over sqrt(g/L); it is divided by the time step.
+        squash_weight: sqrt(L/g), of the squash's, likewise.
+        activation: cost of effort and change. Without much effort a body whose plan has no better
+            answer draws all of itself together, and stays so.
+    """
+
+    cruise: float = field(default=0.41, metadata=dimension(time=-1.0))
+    speedup: float = field(default=0.08, metadata=dimension(time=-2.0))
+    brake: float = field(default=0.056, metadata=dimension(time=-2.0))
+    closing: float = field(default=1.1, metadata=dimension(time=-1.0))
+    follow: float = field(default=0.96, metadata=dimension(time=-1.0))
+    acceleration: float = field(default=0.1, metadata=dimension(time=-2.0))
+    tilt_gain: float = 2.0
+    shape_follow: float = field(default=2.5, metadata=dimension(time=-1.0))
+    steadiness: float = field(default=1.6, metadata=dimension(time=-1.0))
+    hold: float = field(default=1.0, metadata=dimension(time=1.0))
+    release: float = field(default=0.94, metadata=dimension(time=1.0))
+    roll_weight: float = 2.0
+    steady_weight: float = 0.03
+    tilt_weight: float = field(default=0.08, metadata=dimension(time=1.0))
+    squash_weight: float = field(default=0.1, metadata=dimension(time=1.0))
+    activation: ActivationCost = field(
+        default_factory=lambda: ActivationCost(effort=0.8, change=1.5)
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse gains that are not finite or out of their range."""
+        checks.settle(
+            self,
+            positive=("cruise", "speedup", "brake", "closing", "follow", "acceleration"),
+            not_negative=(
+                *("tilt_gain", "shape_follow", "steadiness", "hold", "release"),
+                *("roll_weight", "steady_weight", "tilt_weight", "squash_weight"),
+            ),
+        )
+        checks.instance("RollGains.activation", self.activation, ActivationCost)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Leg:
+    """Rolls one way by an angle, and stops there.
+
+    Attributes:
+        direction: +1 or -1, along x.
+        turn: rad.
+        longest: sqrt(L/g), after which the leg is over even if the body has not got there.
+    """
+
+    direction: float
+    turn: float
+    longest: float = field(default=60.0, metadata=dimension(time=1.0))
+
+    def __post_init__(self) -> None:
+        """Refuse a direction other than 1 and -1, and a turn or time that is not positive."""
+        checks.settle(self, positive=("turn", "longest"), finite=("direction",))
+        if abs(self.direction) != 1.0:
+            checks.refuse("Leg.direction", "1 or -1", self.direction)
