@@ -12,10 +12,8 @@ from typing import Any
 
 import warp as wp
 
-from warp_softbody.kernels.implicit_muscles import SHORT
+from warp_softbody.kernels.implicit_muscles import SHORT, SUBJECT
 from warp_softbody.kernels.precision import real
-
-SUBJECT = "fiber_lanes"
 
 CORNER_PAIRS = 8
 """Numbers a pair has in ``shares``: six, and two that fill a register."""

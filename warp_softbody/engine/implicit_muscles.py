@@ -38,6 +38,10 @@ class ImplicitMuscles:
         scalar, pairs = types.scalar, len(layout.pair_tet)
         self._model = model
         self._kernels = make_implicit_muscles(model.options.precision)
+        options = model.options
+        kinds = (options.precision, self._kernels.Fibers, self._kernels.FiberState)
+        # before any kernel is loaded, as both are of one module
+        self._lanes = fiber_lanes_on(options.device, *kinds) if options.native_code else None
         volume = layout.pair_weight * model.body.mesh.volumes[layout.pair_tet]
         whole = np.bincount(layout.pair_segment, volume, model.segment_count)
         share = volume / np.where(whole > 0.0, whole, 1.0)[layout.pair_segment]
@@ -80,11 +84,8 @@ class ImplicitMuscles:
         self._prepare_lanes()
 
     def _prepare_lanes(self) -> None:
-        """Native code for the stiffness, where the device has some, and what it takes."""
-        m, own = self._model, self._kernels
-        options = m.options
-        kinds = (options.precision, own.Fibers, own.FiberState)
-        self._lanes = fiber_lanes_on(options.device, *kinds) if options.native_code else None
+        """What native code takes that never changes, where the device has some."""
+        m = self._model
         if self._lanes is None:
             return
         count = len(m.muscles.pair_tet)
