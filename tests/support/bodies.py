@@ -194,6 +194,10 @@ def numbers(array: Any) -> FloatArray:
     return np.array(array.numpy(), dtype=np.float64)
 
 
+PLAIN = {"elements": "linear", "tangent": "warped", "muscles": "explicit"}
+"""Options of a rig."""
+
+
 def rig(
     body: TetMesh | Character,
     *,
@@ -203,12 +207,15 @@ def rig(
     gravity: Vector = (0.0, 0.0, 0.0),
     **options: Any,
 ) -> Rig:
-    """A rig of a mesh or a character, in free space without gravity unless told otherwise."""
+    """A rig of a mesh or a character, in free space without gravity unless told otherwise.
+
+    Elements, tangent and muscles are the plain ones, whose kernels tests launch by themselves.
+    """
     if isinstance(body, TetMesh):
         indices = np.asarray(fixed, dtype=np.int32)
         body = Character(name="body", mesh=body, material=material or Material(), fixed=indices)
     scene = Scene(character=body, ground=ground, gravity=gravity)
-    model = build_model(scene, SimulationOptions(**options))
+    model = build_model(scene, SimulationOptions(**{**PLAIN, **options}))
     return Rig(
         model=model,
         stepper=Stepper(model),
