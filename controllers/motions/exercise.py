@@ -12,6 +12,7 @@ from warp_softbody.controllers import objectives
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES
+from warp_softbody.controllers.motions.tracking import MissingRate, following
 from warp_softbody.controllers.motions.trajectories import smooth_step
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
@@ -65,24 +66,26 @@ class ExerciseGains:
         position: Kp, g/L, of the distance from the path.
         velocity: Kd, sqrt(g/L), of the difference from the path's velocity.
         spin: sqrt(g/L), decay of angular momentum.
+        learning: sqrt(L/g), within which it is learnt what momentum a plan misses.
         momentum_weight: of the linear momentum, in units of m g dt.
         spin_weight: of the angular momentum, in units of m g L dt.
         activation: cost of effort and change.
     """
 
-    position: float = field(default=20.39, metadata=dimension(time=-2.0))
-    velocity: float = field(default=7.982, metadata=dimension(time=-1.0))
-    spin: float = field(default=2.554, metadata=dimension(time=-1.0))
+    position: float = field(default=40.79, metadata=dimension(time=-2.0))
+    velocity: float = field(default=12.77, metadata=dimension(time=-1.0))
+    spin: float = field(default=5.0, metadata=dimension(time=-1.0))
+    learning: float = field(default=0.157, metadata=dimension(time=1.0))
     momentum_weight: float = 1.0
-    spin_weight: float = 30.0
+    spin_weight: float = 5.0
     activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.3, change=0.1253)
+        default_factory=lambda: ActivationCost(effort=0.5, change=0.25)
     )
 
     def __post_init__(self) -> None:
         """Refuse gains that are not finite or out of their range."""
         weights = ("momentum_weight", "spin_weight")
-        checks.settle(self, not_negative=("position", "velocity", "spin", *weights))
+        checks.settle(self, not_negative=("position", "velocity", "spin", "learning", *weights))
         checks.instance("ExerciseGains.activation", self.activation, ActivationCost)
 
 
@@ -103,7 +106,8 @@ class Exercise:
         self._start = checks.number("start of Exercise", start, low=0.0, unit="sqrt(L/g)")
         self._patches = input_kinds.names("patches of Exercise", patches)
         self._units: BodyUnits | None = None
-        self._origin: FloatArray | None = None
+        self._origin = np.zeros(3)
+        self._missing = MissingRate(self._gains.learning)
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -113,17 +117,10 @@ class Exercise:
             self._gains = in_si(self._gains, self._units)
             self._path = in_si(self._path, self._units)
             self._start *= self._units.time
-        g = self._gains
-        if self._origin is None:
+            self._missing = MissingRate(self._gains.learning)
             self._origin = view.center_of_mass
-        # What is chosen now acts until the end of the step, so the path is compared there.
-        path = np.zeros((3, 3))
-        path[:, 0] = self._path.at(view.time + view.time_step - self._start)
-        place, velocity, acceleration = path
-        expected = view.center_of_mass + view.time_step * velocity
-        pull = g.position * (self._origin + place - expected)
-        rate = view.mass * (acceleration + pull + g.velocity * velocity)
-        rate -= g.velocity * view.linear_momentum
+        g = self._gains
+        rate = self._missing.made_up(view, self._along(view))
         return Goals(
             objectives=(
                 objectives.linear_momentum(view, rate, g.momentum_weight),
@@ -132,3 +129,10 @@ class Exercise:
             patches=ground_patches(view, self._patches),
             activation=g.activation,
         )
+
+    def _along(self, view: BodyView) -> FloatArray:
+        """Rate of momentum (3,) N that keeps to the path."""
+        times = view.time + view.time_step * np.array([-1.0, 0.0, 1.0]) - self._start
+        path = np.tile(self._origin, (3, 1))
+        path[:, 0] += [self._path.at(time)[0] for time in times]
+        return following(view, path, self._gains.position, self._gains.velocity)
