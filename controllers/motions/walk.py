@@ -10,8 +10,9 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
-from warp_softbody.controllers.motions.body_measures import mean_weights
+from warp_softbody.controllers.motions.tracking import MissingRate, following
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
+from warp_softbody.controllers.motions.walking_feet import FeetNow, upward_only
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
@@ -45,11 +46,13 @@ class WalkGains:
         position: Kp, g/L, of the centre of mass.
         velocity: Kd, sqrt(g/L), of the same.
         spin: sqrt(g/L), decay of angular momentum.
+        learning: sqrt(L/g), within which it is learnt what momentum a plan misses.
         momentum_weight: of the linear momentum, in units of m g dt.
         spin_weight: of the angular momentum, in units of m g L dt.
-        foot_position: sqrt(g/L), how fast a swung foot comes back to its path.
+        foot_position: sqrt(g/L), how fast a foot comes back to its path.
         foot_velocity: sqrt(g/L), how fast its velocity comes near the one that is wanted.
-        foot_weight: of a swung foot's velocity, in units of g dt.
+        foot_weight: in units of g dt, of a swung foot's velocity, and along z of that of one that
+            stands, so that it stays down.
         activation: cost of effort and change.
         ease: by how much more than one a change costs at lift-off, as a factor, so that the other
             feet take over the load in several steps.
@@ -65,6 +68,7 @@ class WalkGains:
     position: float = field(default=9.174, metadata=dimension(time=-2.0))
     velocity: float = field(default=3.831, metadata=dimension(time=-1.0))
     spin: float = field(default=1.916, metadata=dimension(time=-1.0))
+    learning: float = field(default=0.6, metadata=dimension(time=1.0))
     momentum_weight: float = 0.0025
     spin_weight: float = 0.06
     foot_position: float = field(default=3.193, metadata=dimension(time=-1.0))
@@ -82,7 +86,7 @@ class WalkGains:
             self,
             positive=("swing",),
             not_negative=(
-                *("lift", "touch_down", "leash", "position", "velocity", "spin"),
+                *("lift", "touch_down", "leash", "position", "velocity", "spin", "learning"),
                 *("momentum_weight", "spin_weight", "foot_position", "foot_velocity"),
                 *("foot_weight", "ease", "ease_time"),
             ),
@@ -108,6 +112,7 @@ class Walk:
         self._gait = _checked_gait(gait, len(feet))
         self._start = checks.number("start of Walk", start, low=0.0, unit="sqrt(L/g)")
         self._units: BodyUnits | None = None
+        self._missing = MissingRate(self._gains.learning)
         self._origin = np.zeros(3)
         self._home: FloatArray | None = None
         self._left = np.zeros((len(feet), 3))
@@ -120,16 +125,20 @@ class Walk:
             self._units = BodyUnits.of(view)
             self._gains = in_si(self._gains, self._units)
             self._start *= self._units.time
+            self._missing = MissingRate(self._gains.learning)
         g = self._gains
-        feet = _FeetNow(view, self._feet)
+        feet = FeetNow(view, self._feet)
         home = self._stand(view, feet)
         phase, share = self._time(view.time)
         if phase != self._phase:
             self._phase, self._left = phase, feet.lowest
         swung = self._swung(phase)
-        wanted = [*self._body(view, home, phase, share)]
-        for foot in swung:
-            wanted.append(self._foot(view, feet, foot, *self._path(home, foot, phase, share)))
+        wanted = [*self._body(view, home)]
+        for foot in range(len(self._feet)):
+            swings = foot in swung
+            path = self._path(home, foot, phase, share) if swings else self._hold(home, foot)
+            own = self._foot(view, feet, foot, *path)
+            wanted.append(own if swings else upward_only(own))
         landing = share > 1.0 - g.touch_down
         down = [name for i, name in enumerate(self._feet) if landing or i not in swung]
         return Goals(
@@ -138,7 +147,7 @@ class Walk:
             activation=self._activation(phase, share),
         )
 
-    def _stand(self, view: BodyView, feet: _FeetNow) -> FloatArray:
+    def _stand(self, view: BodyView, feet: FeetNow) -> FloatArray:
         """Places of the feet relative to the centre of mass, as they were at first."""
         if self._home is None:
             self._origin = view.center_of_mass.copy()
@@ -165,24 +174,26 @@ class Walk:
             return g.stride * cycles**2 / 2.0, speed * cycles
         return g.stride * (cycles - 0.5), speed
 
-    def _body(
-        self, view: BodyView, home: FloatArray, phase: int, share: float
-    ) -> tuple[Objective, Objective]:
+    def _body(self, view: BodyView, home: FloatArray) -> tuple[Objective, Objective]:
         """The centre of mass goes on and sways away from the feet that lift off; no turning."""
-        g = self._gains
-        way, speed = self._way(phase, share)
-        before, after = self._away(home, phase), self._away(home, phase + 1)
-        step, rate, _ = smooth_step(share)
-        seconds = g.swing if phase >= 0 else self._start
-        goal = self._origin + np.array([way, 0.0, 0.0]) + before + step * (after - before)
-        moving = np.array([speed, 0.0, 0.0]) + rate / seconds * (after - before)
-        self._origin += self._slack(view, goal)
-        pull = view.mass * g.position * (goal - view.center_of_mass)
-        rate_of_momentum = pull + g.velocity * (view.mass * moving - view.linear_momentum)
+        g, dt = self._gains, view.time_step
+        path = np.array([self._middle(home, view.time + ahead) for ahead in (-dt, 0.0, dt)])
+        slack = self._slack(view, path[1])
+        self._origin += slack
+        wanted = following(view, path + slack, g.position, g.velocity)
+        rate = self._missing.made_up(view, wanted)
         return (
-            objectives.linear_momentum(view, rate_of_momentum, g.momentum_weight),
+            objectives.linear_momentum(view, rate, g.momentum_weight),
             objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
         )
+
+    def _middle(self, home: FloatArray, time: float) -> FloatArray:
+        """Where the centre of mass is wanted at a time, (3,) m."""
+        phase, share = self._time(time)
+        before, after = self._away(home, phase), self._away(home, phase + 1)
+        middle = self._origin + before + smooth_step(share)[0] * (after - before)
+        middle[0] += self._way(phase, share)[0]
+        return np.asarray(middle)
 
     def _away(self, home: FloatArray, phase: int) -> FloatArray:
         """Where the centre of mass is wanted, from its usual place, when a swing begins."""
@@ -215,9 +226,9 @@ class Walk:
         return place, speed / g.swing
 
     def _foot(
-        self, view: BodyView, feet: _FeetNow, foot: int, place: FloatArray, speed: FloatArray
+        self, view: BodyView, feet: FeetNow, foot: int, place: FloatArray, speed: FloatArray
     ) -> Objective:
-        """A swung foot keeps to its path."""
+        """A foot keeps to its path."""
         g, weights = self._gains, feet.weights[foot]
         now = weights @ view.velocities
         way = speed + g.foot_position * (place - feet.lowest[foot])
@@ -225,26 +236,15 @@ class Walk:
         unit = objectives.weight_of(view) / view.mass * view.time_step
         return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit)
 
+    def _hold(self, home: FloatArray, foot: int) -> tuple[FloatArray, FloatArray]:
+        """Place, m, and velocity, m/s, of a foot that stands; only its height is asked for."""
+        return self._origin + home[foot], np.zeros(3)
+
     def _activation(self, phase: int, share: float) -> ActivationCost:
         g = self._gains
         if phase < 0 or share >= g.ease_time:
             return g.activation
         return eased_change(g.activation, g.ease, share / g.ease_time)
-
-
-class _FeetNow:
-    """Feet as they are in a step.
-
-    Attributes:
-        weights: (feet, n), nodal weights of their means.
-        lowest: (feet, 3) m, their mean x and y, and z of their lowest nodes.
-    """
-
-    def __init__(self, view: BodyView, names: tuple[str, ...]) -> None:
-        regions = [view.scene.character.region(name) for name in names]
-        self.weights = np.array([mean_weights(view, (name,)) for name in names])
-        self.lowest = self.weights @ view.positions
-        self.lowest[:, 2] = [view.positions[nodes, 2].min() for nodes in regions]
 
 
 def _checked_gait(gait: object, feet: int) -> Gait:
