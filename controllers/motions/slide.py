@@ -15,6 +15,10 @@ from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
 
+MOST_LEARNT = 0.04
+"""rad: no more of a tilt is learnt from, as one in which a limp body was found says nothing of the
+pull; what was learnt too much would later tip the body the other way."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SlideGains:
@@ -84,7 +88,8 @@ class Slide:
         ahead = self._lean(view)
         tilt = self._tilt(view) + np.array([-ahead[1], ahead[0], 0.0]) / self._rest_height(view)
         turned = _inertia(view) @ tilt
-        self._torque += view.time_step * g.learning * turned
+        slow = min(1.0, MOST_LEARNT / max(float(np.linalg.norm(tilt)), 1e-9))
+        self._torque += view.time_step * g.learning * slow * turned
         turn = -g.spin * view.angular_momentum - g.tilt * turned - self._torque
         return Goals(
             objectives=(objectives.angular_momentum(view, turn, g.spin_weight),),
