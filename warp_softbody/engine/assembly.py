@@ -19,6 +19,7 @@ from warp_softbody.kernels.elastic.rotation_lanes import GROUP, rotation_lanes_o
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
 from warp_softbody.kernels.elastic.smoothed_volume import make_smoothed_volume
 from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent
+from warp_softbody.kernels.elastic.tangent_lanes import make_tangent_lanes
 from warp_softbody.kernels.elastic.volume_tangent import make_volume_tangent
 
 
@@ -76,6 +77,9 @@ class Assembly:
             self._tangent = make_tangent(options.precision)
             self._couplings = model.zeros(4 * m, types.mat33)
             self._tangent_kind = int(TangentKind[options.tangent.upper()])
+            side_by_side = self._lanes is not None and options.tangent == "conserving"
+            made = make_tangent_lanes(options.precision) if side_by_side else None
+            self._tangent_lanes = made
             if self._exact_volume is not None:
                 self._volume_tangent = make_volume_tangent(options.precision)
                 twisted = self._tangent_kind == TangentKind.EXACT
@@ -263,6 +267,11 @@ class Assembly:
             if part.material.volume == "exact" and self._tangent_kind == TangentKind.EXACT:
                 outputs.append(self._twists[corners])
                 self._launch(self._volume_tangent.couple_tets, a, b, [*body, *now], outputs)
+                continue
+            if self._tangent_lanes is not None:
+                inputs = [*body, *now]
+                groups = -(-(b - a) // GROUP)
+                self._launch(self._tangent_lanes.couple_tets, 0, groups, inputs, outputs)
                 continue
             # the conserving tangent adds to the shear alone, whatever resists the volume
             inputs = [*body, self._tangent_kind, *now]
