@@ -162,8 +162,8 @@ class Jump:
         share = min(1.0, elapsed / g.rise)
         hastening = (min(1.0, (elapsed + view.time_step) / g.rise) - share) / view.time_step
         linear = view.mass * np.array(g.launch)
-        turning = _inertias(view)
-        angular = turning * np.array([0.0, g.tip, g.turn / self._airtime(view, g.launch[2])])
+        rate = g.turn / self._airtime(view, g.launch[2])
+        angular = np.array([0.0, 0.0, _inertias(view)[2] * rate])
         return self._momenta(
             view,
             hastening * linear + g.push * (share * linear - view.linear_momentum),

@@ -21,7 +21,6 @@ class JumpGains:
         wind: rad, by which the body is turned about the vertical meanwhile.
         crouch_time: sqrt(L/g).
         launch: sqrt(g L), wanted velocity of the centre of mass at take-off, within reach.
-        tip: sqrt(g/L), wanted rate of pitching forward at take-off.
         turn: rad, by which the body is to turn about the vertical in the air.
         rise: sqrt(L/g), in which both momenta come up to those of take-off.
         push: sqrt(g/L), how fast linear momentum returns to its course in the push.
@@ -48,7 +47,6 @@ class JumpGains:
     wind: float = 0.0
     crouch_time: float = field(default=1.9, metadata=dimension(time=1.0))
     launch: Vector = field(default=(0.0, 0.0, 0.38), metadata=dimension(length=1.0, time=-1.0))
-    tip: float = field(default=0.0, metadata=dimension(time=-1.0))
     turn: float = 0.0
     rise: float = field(default=0.44, metadata=dimension(time=1.0))
     push: float = field(default=9.4, metadata=dimension(time=-1.0))
@@ -82,7 +80,7 @@ class JumpGains:
                 *("momentum_weight", "spin_weight", "reach_weight"),
                 *("rest_time", "ease", "ease_time"),
             ),
-            finite=("depth", "wind", "tip", "turn"),
+            finite=("depth", "wind", "turn"),
             vectors=("launch",),
         )
         checks.keep(self, way=checks.vector("JumpGains.way", self.way, 2, unit="L"))
