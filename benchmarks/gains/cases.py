@@ -113,16 +113,21 @@ def _value(gains: Any, character: Character, name: str) -> float:
 
 
 BALANCE = {
-    "position": Range(2.0, 8.0, log=True),
-    "velocity": Range(1.3, 4.5, log=True),
-    "spin": Range(1.3, 4.5, log=True),
-    "crouch": Range(0.3, 2.0),
-    "momentum_weight": Range(0.2, 3.0, log=True),
-    "spin_weight": Range(5.0, 80.0, log=True),
-    "base_weight": Range(0.02, 0.6, log=True),
+    "position": Range(0.5, 5.0, log=True),
+    "velocity": Range(1.0, 5.0, log=True),
+    "spin": Range(0.5, 8.0, log=True),
+    "upright": Range(0.5, 8.0, log=True),
+    "upright_weight": Range(0.02, 3.0, log=True),
+    "crouch": Range(0.0, 1.0),
+    "momentum_weight": Range(0.002, 1.0, log=True),
+    "spin_weight": Range(0.002, 5.0, log=True),
+    "base_weight": Range(0.01, 0.6, log=True),
     "base_rate": Range(0.65, 1.9),
-    "activation.effort": Range(0.005, 0.05, log=True),
-    "activation.change": Range(0.003, 0.05, log=True),
+    "activation.effort": Range(0.005, 1.0, log=True),
+    "activation.change": Range(0.003, 0.1, log=True),
+    "strength": Range(1.0, 4.0, log=True),
+    "material.young_modulus": Range(5e5, 1.5e6, log=True),
+    "material.stiffness_damping": Range(0.02, 0.08, log=True),
 }
 JUMP = {
     "depth": Range(0.12, 0.22),
@@ -176,7 +181,7 @@ CASES = {
             gains=balance_i.GAINS,
             controller=Balance,
             ranges=BALANCE,
-            family=(*FAMILY, "push=0.5", "push=0.5 + side=135", "dt / 2 + side=90"),
+            family=(*FAMILY, "push=0.5", "push=0.5 + side=180", "push=0.3 + side=90"),
         ),
         GainCase(
             scene="jump-i",

@@ -1,4 +1,4 @@
-"""Balance: linear and angular momentum and the base (docs/method.md section 4)."""
+"""Balance: an upright body, momenta and the base (docs/method.md section 4)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
-from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, region_mean
+from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
@@ -27,6 +27,9 @@ class BalanceGains:
         position: Kp, g/L, pull of the centre of mass towards its place above the base.
         velocity: Kd, sqrt(g/L), decay of linear momentum.
         spin: sqrt(g/L), decay of angular momentum.
+        upright: sqrt(g/L), rate at which the head comes back to its place over the base.
+        upright_weight: of the head's horizontal velocity against the base, in units of g dt; 0
+            leaves the term out.
         crouch: how far the centre of mass is lowered, as a share of the capture point's offset.
         momentum_weight: of the linear momentum, in units of m g dt.
         spin_weight: of the angular momentum, in units of m g L dt.
@@ -41,6 +44,8 @@ class BalanceGains:
     position: float = field(default=4.587, metadata=dimension(time=-2.0))
     velocity: float = field(default=2.235, metadata=dimension(time=-1.0))
     spin: float = field(default=2.554, metadata=dimension(time=-1.0))
+    upright: float = field(default=3.0, metadata=dimension(time=-1.0))
+    upright_weight: float = 0.0
     crouch: float = 1.1
     momentum_weight: float = 1.0
     spin_weight: float = 38.0
@@ -61,6 +66,8 @@ class BalanceGains:
                 "position",
                 "velocity",
                 "spin",
+                "upright",
+                "upright_weight",
                 "momentum_weight",
                 "spin_weight",
                 "base_weight",
@@ -72,18 +79,23 @@ class BalanceGains:
 
 
 class Balance:
-    """Keeps the centre of mass above the middle of the nominal base and the body from turning."""
+    """Keeps the head and the centre of mass above the base and the body from turning."""
 
     def __init__(
         self,
         gains: BalanceGains | None = None,
         *,
         base: str = "base",
+        head: str = "head",
         patches: tuple[str, ...] = BASE_PATCHES,
     ) -> None:
-        """Balance on a base region, thinking of the ground through patch regions of it."""
+        """Balance on a base region, thinking of the ground through patch regions of it.
+
+        The region ``head`` is asked for only where `BalanceGains.upright_weight` is positive.
+        """
         self._gains = checks.optional("gains of Balance", gains, BalanceGains)
         self._base = input_kinds.name("base of Balance", base)
+        self._head = input_kinds.name("head of Balance", head)
         self._patches = input_kinds.names("patches of Balance", patches)
         self._units: BodyUnits | None = None
         self._height: float | None = None
@@ -107,6 +119,8 @@ class Balance:
             objectives.linear_momentum(view, rate, g.momentum_weight),
             objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
         ]
+        if g.upright_weight > 0.0:
+            wanted.append(self._upright(view))
         if g.base_weight > 0.0:
             wanted.append(self._widen(view, g.base_rate * offset))
         return Goals(
@@ -114,6 +128,15 @@ class Balance:
             patches=ground_patches(view, self._patches),
             activation=self._relaxed(offset),
         )
+
+    def _upright(self, view: BodyView) -> objectives.Objective:
+        """The head comes back to where it was over the base at rest; its height is left free."""
+        g, points = self._gains, view.scene.character.mesh.points
+        weights = mean_weights(view, (self._head,)) - mean_weights(view, (self._base,))
+        way = g.upright * (weights @ (points - view.positions))
+        unit = float(np.linalg.norm(view.scene.gravity)) * view.time_step
+        level = g.upright_weight * np.array([1.0, 1.0, 0.0])
+        return objectives.velocity(view, weights, way, level, unit=unit)
 
     def _relaxed(self, offset: float) -> ActivationCost:
         g = self._gains

@@ -17,12 +17,20 @@ def test_it_stands_for_six_seconds(tmp_path: Path) -> None:
     assert np.linalg.norm(moved) < 0.02
 
 
-@pytest.mark.parametrize("push", [0.3, 0.5])
+@pytest.mark.parametrize("push", [0.45, 0.5])
 def test_it_recovers_from_a_push(push: float, tmp_path: Path) -> None:
     """The base widens meanwhile, and part of it leaves the ground."""
     motion = run("balance-i", tmp_path, "--seconds", "6", "--set", f"push={push}")
     assert motion.measures.tilt.max() > 10.0
     assert missed("balance-i", motion) == []
+
+
+def test_a_lighter_push_moves_it_little(tmp_path: Path) -> None:
+    """The head is held over the base, so that the letter tips less than 10 degrees."""
+    motion = run("balance-i", tmp_path, "--seconds", "6", "--set", "push=0.3")
+    assert motion.measures.tilt.max() < 10.0
+    path = motion.measures.centre_of_mass
+    assert np.linalg.norm(path[-1] - path[0]) < 0.05
 
 
 def test_a_plan_with_contacts_that_hold_still_falls(tmp_path: Path) -> None:
