@@ -14,6 +14,7 @@ from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.conventions import checked_target
+from warp_softbody.stage_exports.pictures.captions import captioned
 from warp_softbody.stage_exports.pictures.picture import Size, checked_size, save_png
 from warp_softbody.stage_exports.pictures.render import Image, Renderer
 from warp_softbody.stage_exports.pictures.subject import Pose, Subject
@@ -29,6 +30,8 @@ def draw_take(
     count: int = 12,
     columns: int = 4,
     size: Size = (360, 300),
+    follow: bool = True,
+    captions: bool = True,
 ) -> Path:
     """Draw frames of a take at even intervals from first to last, row by row.
 
@@ -39,21 +42,62 @@ def draw_take(
         count: frames drawn; fewer when the take has fewer.
         columns: frames in a row.
         size: width and height of one frame, pixels.
+        follow: whether each frame shows the bodies in its middle, all from the same distance; else
+            all frames share one camera, which sees the whole motion.
+        captions: whether each frame tells its time and how far the bodies have come along the
+            ground.
 
     Returns:
-        The path of the picture. All frames share one camera, which sees the whole motion.
+        The path of the picture.
     """
     target = checked_target(path, extensions=(".png",))
     count = checks.whole("count of draw_take", count, low=1, high=10_000)
     columns = checks.whole("columns of draw_take", columns, low=1, high=10_000)
     size = checked_size(size)
+    checks.truth("follow of draw_take", follow)
+    checks.truth("captions of draw_take", captions)
     shown = _takes(take)
-    camera = Camera.framing(*take_bounds(*shown), aspect=size[0] / size[1], margin=1.2)
-    renderer = Renderer(Subject.of_takes(shown), camera, size)
-    chosen = np.unique(np.linspace(0, len(shown[0]) - 1, count).round().astype(int))
-    images = [renderer.draw(Pose.of_takes(shown, index)) for index in chosen.tolist()]
+    chosen = np.unique(np.linspace(0, len(shown[0]) - 1, count).round().astype(int)).tolist()
+    cameras = _cameras(shown, chosen, size[0] / size[1], follow=follow)
+    renderer = Renderer(Subject.of_takes(shown), cameras[0], size)
+    images = []
+    for index, camera in zip(chosen, cameras, strict=True):
+        renderer.look(camera)
+        images.append(renderer.draw(Pose.of_takes(shown, index)))
+    if captions:
+        told = [_told(shown, index) for index in chosen]
+        images = [captioned(image, *words) for image, words in zip(images, told, strict=True)]
     save_png(target, _tiled(images, columns))
     return target
+
+
+def _cameras(
+    takes: Sequence[Take], chosen: Sequence[int], aspect: float, *, follow: bool
+) -> list[Camera]:
+    """One a frame."""
+    if not follow:
+        return [Camera.framing(*take_bounds(*takes), aspect=aspect, margin=1.2)] * len(chosen)
+    boxes = [_box(takes, index) for index in chosen]
+    aims = [(low + high) / 2.0 for low, high in boxes]
+    away = max(
+        Camera.distance(*box, aim=aim, aspect=aspect, margin=1.1)
+        for box, aim in zip(boxes, aims, strict=True)
+    )
+    return [Camera.looking(aim, away) for aim in aims]
+
+
+def _box(takes: Sequence[Take], index: int) -> tuple[FloatArray, FloatArray]:
+    points = np.concatenate([take.skin_points[index] for take in takes])
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _told(takes: Sequence[Take], index: int) -> tuple[str, str]:
+    """Time of a frame, and the way of the first body's middle along the ground."""
+    points = takes[0].tet_points
+    normal = np.array((0.0, 0.0, 1.0) if takes[0].ground is None else takes[0].ground.normal)
+    way = points[index].mean(axis=0) - points[0].mean(axis=0)
+    gone = float(np.linalg.norm(way - (way @ normal) * normal))
+    return f"{takes[0].times[index]:.2f} s", f"{gone:.2f} m"
 
 
 def take_bounds(*takes: Take) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,8 @@ import numpy.typing as npt
 import pytest
 
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
-from warp_softbody.stage_exports import Movie, draw_picture, draw_take
+from warp_softbody.stage_exports import Movie, StageWriter, draw_picture, draw_take
+from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.scene import Scene
 
 imageio = pytest.importorskip("imageio.v2")
@@ -104,6 +105,41 @@ def test_a_take_becomes_a_sheet_of_different_frames(write_take: Any, tmp_path: P
     tiles = [sheet[:90, left : left + 120] for left in (0, 124, 248)]
     assert all(reddish(tile).any() for tile in tiles)
     assert all(np.abs(tile - tiles[0]).max() > 30 for tile in tiles[1:])
+
+
+def test_frames_of_a_sheet_show_the_body_as_large_as_alone(scene: Scene, tmp_path: Path) -> None:
+    """A body that has gone far is small where all frames share a camera, and large otherwise."""
+    stage = tmp_path / "far.usdc"
+    rest = scene.character.mesh.points
+    with StageWriter(stage, scene) as writer:
+        for index in range(3):
+            way = np.array([3.0 * index, 0.0, 0.0])
+            away = rest + way
+            fibers = np.concatenate([f.vertices for f in scene.character.fibers])
+            writer.write(
+                Frame(
+                    index=index,
+                    time=index / 30.0,
+                    positions=away,
+                    velocities=np.zeros_like(away),
+                    activations=np.ones(scene.character.segment_count),
+                    fiber_points=fibers + way,
+                    contacts=ContactSample(),
+                )
+            )
+    how: dict[str, Any] = {"count": 3, "columns": 3, "size": SMALL}
+    near, far = (
+        read(draw_take(tmp_path / f"{follow}.png", stage, follow=follow, captions=False, **how))
+        for follow in (True, False)
+    )
+    tiles = [near[:, left : left + 120] for left in (0, 124, 248)]
+    counts = [int(reddish(tile).sum()) for tile in tiles]
+    assert min(counts) > 4 * int(reddish(far).sum()) / 3
+    assert max(counts) - min(counts) < 0.1 * max(counts)
+    told = read(draw_take(tmp_path / "told.png", stage, **how))
+    changed = np.abs(told - near).max(axis=2) > 30
+    # words stand in the lowest sixth alone
+    assert changed[75:].any() and not changed[:75].any()
 
 
 def test_refusals(scene: Scene, make_frames: Any, tmp_path: Path) -> None:
