@@ -74,14 +74,15 @@ class Objective(Value):
         if self.target.shape != count or self.weight.shape != count:
             return False
         input_kinds.name("Objective.name", self.name)
-        small = all(_is_small(array) for array in arrays)
-        return small and bool(np.minimum.reduce(self.weight, initial=0.0) >= 0.0)
+        for array in arrays:
+            if not _is_small(array):
+                return False
+        return min(self.weight.tolist(), default=0.0) >= 0.0
 
 
 def _is_small(values: FloatArray) -> bool:
-    flat = values.reshape(-1)
     # no square is larger than the sum of all
-    return bool(np.dot(flat, flat) <= LARGEST * LARGEST)
+    return bool(np.vdot(values, values) <= LARGEST * LARGEST)
 
 
 def _each(weight: npt.ArrayLike, rows: FloatArray) -> FloatArray:
