@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray, cross_rows
 from warp_softbody.body import mesh_geometry
-from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.controllers.contact_quadrature import measure, shares_of
 from warp_softbody.world.ground import Plane
@@ -38,18 +37,17 @@ def contact_point(view: BodyView, region: str) -> FloatArray:
 
 def mean_weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
     """Nodal weights (n,) of the mean over some regions at rest; their sum is one."""
-    return _mean_weights(view.scene.character, regions, view.node_count)
+    character = view.scene.character
+    nodes = tuple(character.region(name).tobytes() for name in regions)
+    return _mean_weights(character.mesh, nodes, view.node_count)
 
 
 @lru_cache(maxsize=64)
-def _mean_weights(character: Character, regions: tuple[str, ...], count: int) -> FloatArray:
-    """Kept, as it is asked for in every step; read-only."""
-    nodes = [character.region(name) for name in regions]
+def _mean_weights(mesh: TetMesh, regions: tuple[bytes, ...], count: int) -> FloatArray:
+    """Of regions given by their nodes, int32; kept, as every step asks for it, and read-only."""
     weights = np.zeros(count)
-    for own, sizes in zip(
-        nodes, _sizes(character.mesh, tuple(own.tobytes() for own in nodes)), strict=True
-    ):
-        weights[own] += sizes
+    for own, sizes in zip(regions, _sizes(mesh, regions), strict=True):
+        weights[np.frombuffer(own, np.int32)] += sizes
     weights /= weights.sum()
     weights.setflags(write=False)
     return weights
