@@ -115,6 +115,8 @@ class Walk:
         self._missing = MissingRate(self._gains.learning)
         self._origin = np.zeros(3)
         self._home: FloatArray | None = None
+        # by the feet that are swung, once their home is known
+        self._shifts: dict[tuple[int, ...], FloatArray] = {}
         self._left = np.zeros((len(feet), 3))
         self._phase = -1
 
@@ -198,10 +200,12 @@ class Walk:
     def _away(self, home: FloatArray, phase: int) -> FloatArray:
         """Where the centre of mass is wanted, from its usual place, when a swing begins."""
         swung = self._swung(phase)
-        if not swung:
-            return np.zeros(3)
-        x, y, _ = -self._gains.sway * home[list(swung)].mean(axis=0)
-        return np.array([x, y, 0.0])
+        if swung not in self._shifts:
+            shift = np.zeros(3)
+            if swung:
+                shift[:2] = -self._gains.sway * home[list(swung), :2].mean(axis=0)
+            self._shifts[swung] = shift
+        return self._shifts[swung]
 
     def _slack(self, view: BodyView, goal: FloatArray) -> FloatArray:
         """What takes the plan back to the body where that has slipped or was pushed away."""
