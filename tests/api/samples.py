@@ -222,6 +222,10 @@ def exports(folder: Path) -> Samples:
             {"path": folder / "a.usdc", "scene": scene()},
         ),
         "StageWriter.write": (later.write, {"frame": frame()}),
+        "convert": (
+            stage_exports.convert,
+            {"stage": stage, "path": folder / "c.npz"},
+        ),
         "body_names": (stage_exports.body_names, {"path": stage}),
         "draw_picture": (
             partial(stage_exports.draw_picture, folder / "a.png"),
