@@ -18,6 +18,9 @@ from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
 
+CATCH_UP = 1.4
+"""Longest pull over a stride: by so much a tail that is behind its schedule is to make good."""
+
 TAIL = ("corner_0", "corner_2")
 HEAD = ("corner_1", "corner_3")
 MIDDLE = ("belly_2", "belly_3")
@@ -51,7 +54,8 @@ class CrawlGains:
         push_time: sqrt(L/g), in which the head is pushed forward.
         follow: sqrt(g/L), how fast what is off its trajectory is to come back, and how fast an end
             that is to hold comes to a stop.
-        corner_weight: sqrt(L/g), of the corners' velocities along the ground in units of sqrt(g L).
+        corner_weight: sqrt(L/g), of the corners' velocities along the way in units of sqrt(g L).
+        side_weight: of their velocities across the way, likewise.
         ground_weight: of their vertical velocities, likewise; keeps the ends flat on the ground.
         middle_weight: of the middle's vertical velocity, likewise.
         activation: cost of effort and change. The effort spreads a contraction over the body: with
@@ -64,6 +68,7 @@ class CrawlGains:
     push_time: float = field(default=1.879, metadata=dimension(time=1.0))
     follow: float = field(default=3.193, metadata=dimension(time=-1.0))
     corner_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
+    side_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
     ground_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
     middle_weight: float = field(default=0.0512, metadata=dimension(time=1.0))
     activation: ActivationCost = field(
@@ -75,7 +80,7 @@ class CrawlGains:
         checks.settle(
             self,
             positive=("pull_time", "push_time", "follow"),
-            not_negative=("corner_weight", "ground_weight", "middle_weight"),
+            not_negative=("corner_weight", "side_weight", "ground_weight", "middle_weight"),
             finite=("stride", "arch"),
         )
         checks.instance("CrawlGains.activation", self.activation, ActivationCost)
@@ -84,8 +89,9 @@ class CrawlGains:
 class Crawl:
     """Moves the four corners of a lying body along trajectories that repeat, and its middle.
 
-    Every phase begins from where the holding end is, and how fast it still moves, so that slipping
-    does not add up; the way across and the height are those of the start. The plan counts on no
+    Every phase begins from where the holding end is, and how fast it still moves. A pull ends where
+    the tail is due by then, a stride further in each cycle, so that slipping does not add up; the
+    way across and the height are those of the start. The plan counts on no
     friction below the end on its way: where it is planned to stick it stays, as freeing it takes
     changes of several contacts at once.
     """
@@ -108,6 +114,7 @@ class Crawl:
         self._goals: dict[str, float] = {}
         self._way = (0.0, 0.0)
         self._length = 0.0
+        self._due = 0.0
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -120,6 +127,7 @@ class Crawl:
             self._home = {name: region_mean(view, view.positions, name) for name in (*TAIL, *HEAD)}
             self._stop(view, (*TAIL, *HEAD))
             self._length = self._end(HEAD) - self._end(TAIL)
+            self._due = self._end(TAIL)
         if view.time - self._since >= self._lasts - 1e-9:
             self._advance(view)
         share, rate, _ = smooth_step((view.time - self._since) / self._lasts)
@@ -139,12 +147,19 @@ class Crawl:
         if self.phase is CrawlPhase.PULL:
             self.phase, self._lasts = CrawlPhase.PUSH, g.push_time
             self._stop(view, TAIL)
-            begin = self._end(TAIL) + self._length - g.stride
+            there = self._end(TAIL) + self._length
+            self._way = (there - self._gathered(), there)
         else:
             self.phase, self._lasts = CrawlPhase.PULL, g.pull_time
             self._stop(view, HEAD)
             begin = self._end(HEAD) - self._length
-        self._way = (begin, begin + g.stride)
+            self._due += g.stride
+            gather = float(np.clip(self._due - begin, g.stride / CATCH_UP, g.stride * CATCH_UP))
+            self._way = (begin, begin + gather)
+
+    def _gathered(self) -> float:
+        """By how much the ends were to come together in the pull, m."""
+        return self._way[1] - self._way[0]
 
     def _stop(self, view: BodyView, names: tuple[str, ...]) -> None:
         """Hold corners where they come to rest if their speed decays from now on."""
@@ -180,7 +195,7 @@ class Crawl:
         weights = mean_weights(view, (name,))
         goal = np.array([self._goals[name], *self._home[name][1:]])
         way = np.array([speed, 0.0, 0.0]) + g.follow * (goal - weights @ view.positions)
-        cost = np.array([g.corner_weight, g.corner_weight, g.ground_weight])
+        cost = np.array([g.corner_weight, g.side_weight, g.ground_weight])
         return objectives.velocity(view, weights, way, cost / view.time_step)
 
     def _middle(self, view: BodyView, share: float, rate: float) -> Objective:

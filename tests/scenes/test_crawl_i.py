@@ -147,3 +147,15 @@ def test_an_end_that_is_to_hold_comes_gently_to_a_stop() -> None:
     np.testing.assert_allclose(wanted(push)[TAIL, 0], 0.2, atol=1e-12)
     later = crawl.goals(view_at(1.0, tail=0.065))
     np.testing.assert_allclose(wanted(later)[TAIL, 0], 0.2 - 10.0 * 0.005, atol=1e-12)
+
+
+def test_a_tail_that_is_behind_its_schedule_is_pulled_further() -> None:
+    """By at most two fifths of a stride: here nothing has moved, so a whole stride is missing."""
+    gains = CrawlGains(stride=0.1, pull_time=0.4 / UNIT, push_time=0.8 / UNIT, follow=10.0 * UNIT)
+    crawl = Crawl(gains, start=0.5 / UNIT)
+    for time in (0.0, 0.5, 0.9, 1.7):
+        crawl.goals(view_at(time))
+    pull = crawl.goals(view_at(1.9))
+    assert crawl.phase is CrawlPhase.PULL
+    expected = 0.14 * 1.875 / 0.4 + 10.0 * 0.07
+    np.testing.assert_allclose(wanted(pull)[TAIL, 0], expected, atol=1e-12)
