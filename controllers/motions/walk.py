@@ -69,7 +69,7 @@ class WalkGains:
     velocity: float = field(default=3.831, metadata=dimension(time=-1.0))
     spin: float = field(default=1.916, metadata=dimension(time=-1.0))
     learning: float = field(default=0.6, metadata=dimension(time=1.0))
-    momentum_weight: float = 0.0025
+    momentum_weight: float = 0.005
     spin_weight: float = 0.06
     foot_position: float = field(default=3.193, metadata=dimension(time=-1.0))
     foot_velocity: float = field(default=9.578, metadata=dimension(time=-1.0))

@@ -81,6 +81,7 @@ def test_limp_it_stays_where_it_stands(scene: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("scene", GAITS)
 def test_with_static_contacts_it_sinks_down_and_stays_behind(scene: str, tmp_path: Path) -> None:
     motion = run(scene, tmp_path, "--controller", "static", volume=0.15)
-    assert went(motion) < 0.5
+    # of 1 m that are asked, and of 0.05 m above the ground
+    assert went(motion) < 0.6
     assert (feet(motion) > LIFTED).all(axis=1).any()
-    assert motion.take.tet_points[:, letter_x().region("hub"), 2].min() < 0.02
+    assert motion.take.tet_points[:, letter_x().region("hub"), 2].min() < 0.025
