@@ -74,7 +74,7 @@ class ExerciseGains:
 
     position: float = field(default=40.79, metadata=dimension(time=-2.0))
     velocity: float = field(default=12.77, metadata=dimension(time=-1.0))
-    spin: float = field(default=5.0, metadata=dimension(time=-1.0))
+    spin: float = field(default=6.5, metadata=dimension(time=-1.0))
     learning: float = field(default=0.157, metadata=dimension(time=1.0))
     momentum_weight: float = 1.0
     spin_weight: float = 5.0
