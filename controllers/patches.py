@@ -148,7 +148,8 @@ def _force_factors(
     if not character.directional_friction:
         return np.ones((len(frames), DIRECTIONS))
     by_node, nodes = character.node_friction, near.nodes
-    carried = (_carrier(character.mesh, by_node.forward.tobytes()) @ view.positions)[nodes]
+    carrier = _carrier(character.mesh, by_node.forward.tobytes())
+    carried = (carrier @ view.positions[: carrier.shape[1]])[nodes]
     ahead = (near.of_nodes(frames[:, 1:]) @ carried[:, :, None])[:, :, 0]
     forward = np.arctan2(ahead[:, 1], ahead[:, 0])
     factors = factors_at(by_node.factors[nodes], FORCE_ANGLES - forward[:, None])

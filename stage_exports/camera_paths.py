@@ -61,7 +61,8 @@ class FollowingCamera:
     """A camera that keeps all points in the picture and their size about the same.
 
     It looks along one direction. Its aim follows the middle of the points' box with its speed, both
-    taken up within ``REACTION``; where the box would leave the picture it steps back at once.
+    taken up within ``REACTION``; where the box would leave the picture it steps back at once. At a
+    time before the last one it begins anew.
 
     Attributes:
         aspect: width over height of the picture.
@@ -73,23 +74,24 @@ class FollowingCamera:
     moves = True
 
     def at(self, time: float, points: FloatArray) -> Camera:
-        """The camera for points (n, 3) m at a time, s, later than the one before."""
+        """The camera for points (n, 3) m at a time, s, usually later than the one before."""
         low, high = points.min(axis=0), points.max(axis=0)
         middle = (low + high) / 2.0
         wanted = Camera.distance(low, high, aim=middle, aspect=self.aspect, margin=AIR)
-        if self._time is None:
+        if self._time is None or time < self._time:
             self._aim, self._distance = middle, wanted
             self._middle, self._speed = middle, np.zeros(3)
-        else:
+        elif time > self._time:
             step = time - self._time
             share = 1.0 - float(np.exp(-step / REACTION))
             self._speed = self._speed + share * ((middle - self._middle) / step - self._speed)
             ahead = self._aim + step * self._speed
             self._aim = ahead + share * (middle - ahead)
             self._distance += share * (wanted - self._distance)
+            self._middle = middle
         needed = Camera.distance(low, high, aim=self._aim, aspect=self.aspect, margin=LEAST_AIR)
         self._distance = max(self._distance, needed)
-        self._time, self._middle = time, middle
+        self._time = time
         return Camera.looking(self._aim, self._distance)
 
 

@@ -133,7 +133,8 @@ class Balance:
         """The head comes back to where it was over the base at rest; its height is left free."""
         g, points = self._gains, view.scene.character.mesh.points
         weights = mean_weights(view, (self._head,)) - mean_weights(view, (self._base,))
-        way = g.upright * (weights @ (points - view.positions))
+        own = slice(len(points))
+        way = g.upright * (weights[own] @ (points - view.positions[own]))
         unit = float(np.linalg.norm(view.scene.gravity)) * view.time_step
         level = g.upright_weight * np.array([1.0, 1.0, 0.0])
         return objectives.velocity(view, weights, way, level, unit=unit)

@@ -86,7 +86,8 @@ def angle_turned(view: BodyView, first: int, second: int) -> float:
     nearest to the present one, nodes weighted by their masses.
     """
     rest = view.scene.character.mesh.points
-    arms = (rest - view.masses @ rest / view.mass) * view.masses[:, None]
-    moments = arms.T @ (view.positions - view.center_of_mass)
+    masses, positions = view.masses[: len(rest)], view.positions[: len(rest)]
+    arms = (rest - masses @ rest / view.mass) * masses[:, None]
+    moments = arms.T @ (positions - view.center_of_mass)
     turned = moments[first, second] - moments[second, first]
     return float(np.arctan2(turned, moments[first, first] + moments[second, second]))

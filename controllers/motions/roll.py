@@ -91,11 +91,12 @@ class Roll:
         wheel = _Wheel.of(view, self._rim, shape.inertia)
         self._advance(view, self._units, wheel.speed)
         rate = self._acceleration(view, wheel.speed)
+        weight = objectives.weight_of(view)
         return Goals(
             objectives=(
                 self._rolling(view, wheel, rate),
                 *self._steadiness(view),
-                self._shape(view, shape, rate * wheel.inertia / (view.weight * wheel.height)),
+                self._shape(view, shape, rate * wheel.inertia / (weight * wheel.height)),
             ),
             patches=self._patches(view),
             activation=self._gains.activation,
@@ -147,7 +148,7 @@ class Roll:
         Gravity changes it, by the weight's lever arm, and no muscle does: leaning is all there is.
         Of both momenta apart a plan pays for the one with the other, and so shakes.
         """
-        unit = BodyUnits.of(view).length * view.weight * view.time_step
+        unit = BodyUnits.of(view).length * objectives.weight_of(view) * view.time_step
         rows = objectives.angular_momentum_rows(view)[1:2]
         rows = rows + wheel.height * objectives.momentum_rows(view)[:1]
         target = wheel.inertia * (wheel.speed + view.time_step * rate)

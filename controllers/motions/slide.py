@@ -124,7 +124,7 @@ class Slide:
         """Of the centre of mass above the base, m."""
         rest = view.scene.character.mesh.points[:, 2]
         base = view.scene.character.region(self._base)
-        return float(view.masses @ rest / view.mass - rest[base].mean())
+        return float(view.masses[: len(rest)] @ rest / view.mass - rest[base].mean())
 
 
 def _inertia(view: BodyView) -> FloatArray:

@@ -160,7 +160,8 @@ class Walk:
         """Number of the swing, -1 before the first, and the share of it that is over."""
         since = time - self._start
         if since < 0.0:
-            return -1, time / self._start
+            # of a walk that begins at once, the step before is all over
+            return -1, time / self._start if self._start > 0.0 else 1.0
         phase = int(since / self._gains.swing)
         return phase, since / self._gains.swing - phase
 

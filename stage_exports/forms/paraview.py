@@ -23,10 +23,11 @@ def write_series(target: Path, takes: Sequence[Take]) -> None:
     The files are made in a folder of another name, which takes the place of an older one.
 
     Raises:
-        OutputError: a file could not be written.
+        OutputError: a file could not be written, or that folder holds something else.
     """
     folder = target.with_name(FOLDER.format(target.stem))
     try:
+        _check_older(folder)
         made = private_folder(target.parent)
         try:
             names = _write_frames(made, takes)
@@ -40,6 +41,16 @@ def write_series(target: Path, takes: Sequence[Take]) -> None:
         raise OutputError(
             f"{str(target)!r} could not be written: {error.strerror or error}"
         ) from error
+
+
+def _check_older(folder: Path) -> None:
+    """Refuse to take the place of a folder that holds anything but frames."""
+    older = folder.iterdir() if folder.exists() else ()
+    others = [path.name for path in older if path.suffix != ".vtu"]
+    if others:
+        raise OutputError(
+            f"the frames would take the place of {str(folder)!r}, which holds {min(others)!r} too"
+        )
 
 
 def _write_frames(folder: Path, takes: Sequence[Take]) -> list[list[str]]:

@@ -66,7 +66,7 @@ def export(layer: Any, target: str) -> None:
         OSError: it could not be written.
     """
     path = Path(target)
-    packed = path.suffix == PACKED
+    packed = path.suffix.lower() == PACKED
     inner = path.with_name(f"{path.stem}.usdc") if packed else path
     try:
         if not layer.Export(str(inner)):

@@ -57,6 +57,16 @@ def test_a_follower_of_a_body_at_rest_stands_still() -> None:
     np.testing.assert_allclose(eyes, np.broadcast_to(eyes[0], (60, 3)), atol=1e-12)
 
 
+def test_a_follower_bears_a_frame_twice_and_begins_anew_before_it() -> None:
+    """A movie may show a frame for longer, or a run after another one."""
+    path = camera_path("camera", "follow", BODY, ASPECT)
+    first = path.at(0.0, BODY)
+    moved = BODY + np.array([1.0, 0.0, 0.0])
+    there = path.at(0.5, moved)
+    np.testing.assert_array_equal(path.at(0.5, moved).eye, there.eye)
+    np.testing.assert_array_equal(path.at(0.0, BODY).eye, first.eye)
+
+
 def test_a_follower_moves_along_without_jerks() -> None:
     """A body at constant speed: once that is taken up, the eye moves by the same way a frame."""
     path = camera_path("camera", "follow", BODY, ASPECT)

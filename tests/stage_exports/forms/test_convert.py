@@ -53,6 +53,23 @@ def test_paraview_finds_every_frame_and_body(write_crowd: Any, tmp_path: Path) -
     assert left == ["crowd.pvd", "crowd.usdc", "crowd_frames"]
 
 
+def test_a_folder_of_something_else_is_left_alone(write_crowd: Any, tmp_path: Path) -> None:
+    stage = write_crowd()
+    kept = tmp_path / "crowd_frames" / "0001.png"
+    kept.parent.mkdir()
+    kept.write_text("a picture")
+    with pytest.raises(OutputError, match=r"0001\.png"):
+        convert(stage, tmp_path / "crowd.pvd")
+    assert kept.read_text() == "a picture"
+    assert not (tmp_path / "crowd.pvd").exists()
+
+
+def test_endings_may_be_in_capitals(write_crowd: Any, tmp_path: Path) -> None:
+    stage = write_crowd()
+    packed = convert(stage, tmp_path / "crowd.USDZ")
+    assert packed.read_bytes()[:2] == b"PK"
+
+
 def values_of(gltf: Any, number: int) -> Any:
     """An accessor's array, decoded from the file's own words alone."""
     accessor = gltf.accessors[number]
