@@ -59,7 +59,8 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         type=camera,
         default="follow",
         help="of stage and movie: follow (default) keeps the bodies in the picture, still frames "
-        "the start pose, X,Y,Z is the place in m of one that looks at the start pose",
+        "the start pose, X,Y,Z is the place in m of one that looks at the start pose; where X is "
+        "negative, --camera=-X,Y,Z",
     )
     parser.add_argument(
         "--size",
