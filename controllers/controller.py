@@ -71,7 +71,11 @@ def seen(view: object) -> BodyView:
 
 
 class Controller(Protocol):
-    """One method; a user's own controller needs no base class."""
+    """One method; a user's own controller needs no base class.
+
+    Those of `controllers.motions` keep phases, heights and units of the body that they see first:
+    an instance is for one run.
+    """
 
     def goals(self, view: BodyView) -> Goals | None:
         """What is wanted of the step from ``view`` on; None leaves every muscle slack."""

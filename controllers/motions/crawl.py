@@ -80,8 +80,10 @@ class CrawlGains:
         checks.settle(
             self,
             positive=("pull_time", "push_time", "follow"),
-            not_negative=("corner_weight", "side_weight", "ground_weight", "middle_weight"),
-            finite=("stride", "arch"),
+            not_negative=(
+                *("stride", "corner_weight", "side_weight", "ground_weight", "middle_weight"),
+            ),
+            finite=("arch",),
         )
         checks.instance("CrawlGains.activation", self.activation, ActivationCost)
 
