@@ -15,6 +15,13 @@ from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
 
+SKIP_DEPTH = 0.45
+"""Share of its height at rest by which a skipping body wants to shorten: more than it can."""
+SKIP_WEIGHT = 20.0
+"""Of the head's height in a skip, over `BalanceGains.upright_weight`."""
+SKIP_ACCELERATION = 8.0
+"""g, of the head against the base in a skip: enough to lift the edge that a body stands on."""
+
 LEAST_HEIGHT = 1e-3
 """L, of the centre of mass above the base, with which a lying body's capture point is reckoned."""
 
@@ -29,7 +36,17 @@ class BalanceGains:
         spin: sqrt(g/L), decay of angular momentum.
         upright: sqrt(g/L), rate at which the head comes back to its place over the base.
         upright_weight: of the head's horizontal velocity against the base, in units of g dt; 0
-            leaves the term out.
+            leaves the term out, and with it all from `follow` to `skip_from`.
+        follow: share of the base's tilt that the head's place turns with; at 0 it is above the
+            base, at 1 on the base's own axis.
+        lean: by which share of the capture point's offset the head leans back against it.
+        height_weight: of the head's height over the base, over `upright_weight`.
+        height_rate: sqrt(g/L), rate at which the head comes to its height.
+        height_acceleration: g, the largest of the head against the base that is asked for.
+        squat: how much lower the head is wanted, as a share of the capture point's offset.
+        least_height: share of the head's height at rest below which no squat goes.
+        skip_from: L, offset of the capture point from which on the body shortens as fast as it
+            can, so that the edge which it stands on comes off the ground and lands further on.
         crouch: how far the centre of mass is lowered, as a share of the capture point's offset.
         momentum_weight: of the linear momentum, in units of m g dt.
         spin_weight: of the angular momentum, in units of m g L dt.
@@ -46,6 +63,14 @@ class BalanceGains:
     spin: float = field(default=2.554, metadata=dimension(time=-1.0))
     upright: float = field(default=3.0, metadata=dimension(time=-1.0))
     upright_weight: float = 0.0
+    follow: float = 0.0
+    lean: float = 0.0
+    height_weight: float = 0.0
+    height_rate: float = field(default=3.2, metadata=dimension(time=-1.0))
+    height_acceleration: float = 3.0
+    squat: float = 0.0
+    least_height: float = 0.75
+    skip_from: float = field(default=1.0, metadata=dimension(length=1.0))
     crouch: float = 1.1
     momentum_weight: float = 1.0
     spin_weight: float = 38.0
@@ -61,19 +86,23 @@ class BalanceGains:
         """Refuse gains that are not finite or out of their range."""
         checks.settle(
             self,
-            positive=("relax_within",),
+            positive=("relax_within", "skip_from"),
             not_negative=(
                 "position",
                 "velocity",
                 "spin",
                 "upright",
                 "upright_weight",
+                "height_weight",
+                "height_rate",
+                "height_acceleration",
+                "squat",
                 "momentum_weight",
                 "spin_weight",
                 "base_weight",
                 "relax",
             ),
-            finite=("crouch", "base_rate"),
+            finite=("crouch", "base_rate", "follow", "lean", "least_height"),
         )
         checks.instance("BalanceGains.activation", self.activation, ActivationCost)
 
@@ -111,7 +140,8 @@ class Balance:
         target = region_mean(view, view.positions, self._base)
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])
-        offset = self._capture_offset(view, target)
+        ahead = self._capture_point(view, target)
+        offset = float(np.hypot(*ahead))
         target[2] += self._height - min(g.crouch * offset, 0.3 * self._height)
         pull = view.mass * g.position * (target - view.center_of_mass)
         rate = pull - g.velocity * view.linear_momentum
@@ -120,7 +150,7 @@ class Balance:
             objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
         ]
         if g.upright_weight > 0.0:
-            wanted.append(self._upright(view))
+            wanted.append(self._upright(view, ahead, offset))
         if g.base_weight > 0.0:
             wanted.append(self._widen(view, g.base_rate * offset))
         return Goals(
@@ -129,30 +159,73 @@ class Balance:
             activation=self._relaxed(offset),
         )
 
-    def _upright(self, view: BodyView) -> objectives.Objective:
-        """The head comes back to where it was over the base at rest; its height is left free."""
+    def _upright(
+        self, view: BodyView, ahead: np.ndarray[tuple[int, ...], Any], offset: float
+    ) -> objectives.Objective:
+        """The head comes back to its place over the base, at the height that is wanted."""
         g, points = self._gains, view.scene.character.mesh.points
         weights = mean_weights(view, (self._head,)) - mean_weights(view, (self._base,))
-        own = slice(len(points))
-        way = g.upright * (weights[own] @ (points - view.positions[own]))
+        rest, now = weights[: len(points)] @ points, weights @ view.positions
+        rows = objectives.mean_rows(view, weights).reshape(3, -1, 3)
+        slopes = g.follow * rest[2] * self._slopes(view)
+        rows[:2, :, 2] += slopes
+        way = g.upright * (rest - now)
+        way[:2] -= g.upright * (slopes @ view.positions[:, 2] + g.lean * ahead)
+        skips = offset > g.skip_from
+        way[2] = self._rising(view, weights, rest[2], offset, skips=skips)
+        height = SKIP_WEIGHT if skips else g.height_weight
         unit = float(np.linalg.norm(view.scene.gravity)) * view.time_step
-        level = g.upright_weight * np.array([1.0, 1.0, 0.0])
-        return objectives.velocity(view, weights, way, level, unit=unit)
+        return objectives.Objective(
+            name="upright",
+            rows=rows.reshape(3, -1) / unit,
+            target=way / unit,
+            weight=g.upright_weight * np.array([1.0, 1.0, height]),
+        )
+
+    def _rising(
+        self,
+        view: BodyView,
+        weights: np.ndarray[tuple[int, ...], Any],
+        rest: float,
+        offset: float,
+        *,
+        skips: bool,
+    ) -> float:
+        """The wanted speed (m/s) at which the head rises over the base."""
+        g = self._gains
+        squat = rest - min(g.squat * offset, (1.0 - g.least_height) * rest)
+        goal = (1.0 - SKIP_DEPTH) * rest if skips else squat
+        speed = float((weights @ view.velocities)[2])
+        share = SKIP_ACCELERATION if skips else g.height_acceleration
+        change = share * float(np.linalg.norm(view.scene.gravity)) * view.time_step
+        wanted = g.height_rate * (goal - float((weights @ view.positions)[2]))
+        return min(max(wanted, speed - change), speed + change)
+
+    def _slopes(self, view: BodyView) -> np.ndarray[tuple[int, ...], Any]:
+        """Weights (2, n), 1/m, of the nodes' heights in the slopes of the base along x and y."""
+        character = view.scene.character
+        nodes = character.region(self._base)
+        around = character.mesh.points[nodes, :2] - character.mesh.points[nodes, :2].mean(axis=0)
+        slopes = np.zeros((2, view.node_count))
+        slopes[:, nodes] = (around / np.square(around).sum(axis=0)).T
+        return slopes
 
     def _relaxed(self, offset: float) -> ActivationCost:
         g = self._gains
         share = max(0.0, 1.0 - offset / g.relax_within)
         return replace(g.activation, effort=g.activation.effort * (1.0 + g.relax * share))
 
-    def _capture_offset(self, view: BodyView, base: np.ndarray[tuple[int, ...], Any]) -> float:
-        """Horizontal distance (m) of the capture point c + v sqrt(h / g) from the base's middle."""
+    def _capture_point(
+        self, view: BodyView, base: np.ndarray[tuple[int, ...], Any]
+    ) -> np.ndarray[tuple[int, ...], Any]:
+        """Where (2,) m the capture point c + v sqrt(h / g) is, from the base's middle."""
         gravity = float(np.linalg.norm(view.scene.gravity))
         height = max(
             float((view.center_of_mass - base)[2]), LEAST_HEIGHT * BodyUnits.of(view).length
         )
         speed = view.linear_momentum / view.mass
         ahead = view.center_of_mass - base + speed * np.sqrt(height / max(gravity, 1e-6))
-        return float(np.hypot(ahead[0], ahead[1]))
+        return np.asarray(ahead[:2])
 
     def _widen(self, view: BodyView, growth: float) -> objectives.Objective:
         if self._triangles is None:
