@@ -45,7 +45,7 @@ def test_json_is_one_object_with_every_field(summary: dict[str, Any]) -> None:
         assert 0.0 < spread["median"] <= spread["p95"], part
     assert summary["qps_per_step"]["mean"] >= 1.0
     assert summary["cg_iterations"]["mean"] > 0.0
-    assert (summary["controller"], summary["settings"]["push"]) == ("qpcc", 0.45)
+    assert (summary["controller"], summary["settings"]["push"]) == ("qpcc", 0.5)
 
 
 def test_stage_reads_back(summary: dict[str, Any], folder: Path) -> None:

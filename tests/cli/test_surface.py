@@ -27,7 +27,7 @@ def test_list_as_json(call: Any) -> None:
     listed = json.loads(call("list", "--json").out)["scenes"]
     assert [scene["name"] for scene in listed] == list(scenes.names())
     push = listed[0]["settings"][0]
-    assert (push["name"], push["default"], push["unit"]) == ("push", 0.45, "body weights")
+    assert (push["name"], push["default"], push["unit"]) == ("push", 0.5, "body weights")
 
 
 def test_version_and_help(call: Any) -> None:

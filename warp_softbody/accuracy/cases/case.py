@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from warp_softbody.accuracy.cases.settings import Settings
-from warp_softbody.engine.options import NamedElements
+from warp_softbody.engine.options import NamedElements, NamedTangent
 
 Mesh = tuple["int | None", int]
 """Cells and level, as in `Settings`."""
@@ -35,6 +35,7 @@ class ChartCase:
         knobs: other values than the default's.
         finest, beside: meshes of the reference and their smallest time steps (`reference.py`).
         elements: of the reference.
+        tangent: shipped for a controlled body: conserving, where its volume is exact.
         quick: other values of these fields for `--quick`.
         products: most points that combine knobs, and most in a round of neighbours.
         reach: times the default's cost up to which knobs are combined.
@@ -53,6 +54,7 @@ class ChartCase:
     finest: tuple[Mesh, float]
     beside: tuple[Mesh, float]
     elements: NamedElements = "smoothed"
+    tangent: NamedTangent = "conserving"
     quick: Mapping[str, Any] = field(default_factory=dict)
     products: int = 24
     reach: float = 16.0
@@ -62,16 +64,15 @@ class ChartCase:
     def default(self) -> Settings:
         """The point that `run` makes where nothing is said."""
         if self.controlled:
-            return Settings(time_step=self.time_step, elements="smoothed", tangent="conserving")
+            return Settings(time_step=self.time_step, elements="smoothed", tangent=self.tangent)
         return Settings(time_step=self.time_step)
 
     def has(self, settings: Settings) -> bool:
         """Whether the engine has this combination for the bodies of the scene.
 
-        Smoothed elements have a conserving tangent where volumes are exact, as those of bodies
-        with muscles are.
+        Smoothed elements have a conserving tangent where volumes are exact.
         """
-        warped = self.controlled or settings.tangent == "warped"
+        warped = settings.tangent in ("warped", self.default.tangent)
         return settings.possible and (settings.elements == "linear" or warped)
 
     def quickly(self) -> ChartCase:
