@@ -7,8 +7,10 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from benchmarks.gains.trials import Trial
+from benchmarks.robustness.json_lines import JsonLines
 from benchmarks.robustness.outcomes import fingerprint
 from benchmarks.robustness.variation import Variation
 
@@ -24,18 +26,15 @@ class TrialJournal:
 
     def __init__(self, path: Path | None) -> None:
         """Read what there is; None keeps nothing."""
-        self._path = path
+        self._file = JsonLines(path)
         self._trials: dict[str, Trial] = {}
-        text = path.read_bytes() if path is not None and path.is_file() else b""
-        self._torn = bool(text) and not text.endswith(b"\n")
-        for line in text.splitlines():
-            self._read(line)
+        for found in self._file.records:
+            self._take(found)
 
-    def _read(self, line: bytes) -> None:
+    def _take(self, found: Mapping[str, Any]) -> None:
         try:
-            found = json.loads(line)
             self._trials[found["key"]] = Trial(values=found["values"], lasted=found["lasted"])
-        except (ValueError, KeyError, TypeError):
+        except (KeyError, TypeError):
             return
 
     def of(self, name: str) -> Trial | None:
@@ -45,9 +44,4 @@ class TrialJournal:
     def add(self, name: str, member: str, gains: Mapping[str, float], trial: Trial) -> None:
         """Keep a run, on disk at once and in one piece."""
         self._trials[name] = trial
-        if self._path is None:
-            return
-        record = {"key": name, "member": member, "gains": dict(gains), **asdict(trial)}
-        with self._path.open("ab", buffering=0) as file:
-            file.write((("\n" if self._torn else "") + json.dumps(record) + "\n").encode())
-        self._torn = False
+        self._file.add({"key": name, "member": member, "gains": dict(gains), **asdict(trial)})

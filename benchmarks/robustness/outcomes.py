@@ -13,6 +13,7 @@ from typing import Any
 
 import benchmarks
 import warp_softbody
+from benchmarks.robustness.json_lines import JsonLines
 from benchmarks.robustness.variation import Variation
 
 PROGRAM = Path(warp_softbody.__file__).parent
@@ -102,20 +103,17 @@ class OutcomeJournal:
 
     def __init__(self, path: Path | None) -> None:
         """Read what there is; None keeps nothing."""
-        self._path = path
+        self._file = JsonLines(path)
         self._outcomes: dict[str, VariationOutcome] = {}
-        text = path.read_bytes() if path is not None and path.is_file() else b""
-        self._torn = bool(text) and not text.endswith(b"\n")
-        for line in text.splitlines():
-            self._read(line)
+        for values in self._file.records:
+            self._take(values)
 
-    def _read(self, line: bytes) -> None:
+    def _take(self, values: dict[str, Any]) -> None:
         try:
-            values = json.loads(line)
             key = values.pop("key")
             values["failures"] = tuple(values["failures"])
             self._outcomes[key] = VariationOutcome(**values)
-        except (ValueError, KeyError, TypeError, AttributeError):
+        except (KeyError, TypeError):
             return
 
     def of(self, cell: Cell, limit: float | None = None) -> VariationOutcome | None:
@@ -127,9 +125,4 @@ class OutcomeJournal:
     def add(self, cell: Cell, outcome: VariationOutcome) -> None:
         """Keep an outcome, on disk at once and in one piece."""
         self._outcomes[cell.key] = outcome
-        if self._path is None:
-            return
-        record: dict[str, Any] = {"key": cell.key, **asdict(outcome)}
-        with self._path.open("ab", buffering=0) as file:
-            file.write((("\n" if self._torn else "") + json.dumps(record) + "\n").encode())
-        self._torn = False
+        self._file.add({"key": cell.key, **asdict(outcome)})
