@@ -124,6 +124,10 @@ def engine(folder: Path) -> Samples:
         ),
         "Scene": (wsb.Scene, {"character": muscled()}),
         "Simulation": (wsb.Simulation, {"scene": scene()}),
+        "Simulation.apply_force": (
+            wsb.Simulation(scene()).apply_force,
+            {"nodes": [0, 1], "force": (1.0, 0.0, 0.0)},
+        ),
         "Simulation.run": (wsb.Simulation(scene()).run, {"seconds": 0.1}),
         "SimulationOptions": (wsb.SimulationOptions, {}),
         "State": (wsb.State, vars(state)),

@@ -37,6 +37,9 @@ def test_every_step_is_shown_to_its_observers() -> None:
     assert seen[-1].state is simulation.state and seen[-1].before is seen[-2].state
     assert seen[-1].control is simulation.control and seen[-1].contacts is simulation.contacts
     assert all(step.statistics.iterations > 0 and step.decision is not None for step in seen)
+    for step in seen:
+        assert set(step.seconds) == {"control", "assembly", "solve", "contact"}
+        assert min(step.seconds.values()) > 0.0
 
 
 def test_a_sleeping_scene_s_steps_are_not_shown() -> None:

@@ -1,4 +1,4 @@
-"""Pushes of a scene as forces on its nodes, step by step."""
+"""Pushes of a scene, and forces applied beside them, as forces on its nodes, step by step."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ import numpy as np
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import Control
+from warp_softbody.run.applied_forces import AppliedForce
 
 
 class Pushes:
-    """Writes the forces of the pushes that act in a step."""
+    """Writes the forces that act in a step: of the scene's pushes, and those applied beside them.
+
+    Attributes:
+        applied: beside the pushes; those that are zero do not act.
+    """
 
     def __init__(self, model: Model) -> None:
         """Of the scene of a model; none acts yet."""
@@ -18,26 +23,30 @@ class Pushes:
         pushes = model.scene.pushes
         times = [(push.start, push.start + push.duration) for push in pushes]
         self._times = np.array(times, dtype=float).reshape(-1, 2).T
+        self.applied: list[AppliedForce] = []
         self._views = HostViews()
         self._acting = False
 
     def apply(self, control: Control, time: float) -> bool:
         """Set the forces, averaged over the step that begins at a time, s; whether there are any.
 
-        Forces are left alone while nothing pushes, so that a user may set them.
+        `Control.external_forces` is left alone while nothing pushes, so that a user may set it.
         """
         scene, dt = self._model.scene, self._model.options.time_step
         begins, ends = self._times
         near = np.flatnonzero((begins < time + dt) & (ends > time)).tolist()
         shares = [(scene.pushes[i], scene.pushes[i].share(time, time + dt)) for i in near]
         acting = [(push, share) for push, share in shares if share > 0.0]
-        if not acting and not self._acting:
+        applied = [force for force in self.applied if force.acts]
+        if not acting and not applied and not self._acting:
             return False
         forces = np.zeros((self._model.node_count, 3))
         for push, share in acting:
             nodes = scene.whole.region(push.region)
             masses = self._model.masses[nodes]
             forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
+        for force in applied:
+            force.add_to(forces)
         self._views.write(control.external_forces, forces)
-        self._acting = bool(acting)
+        self._acting = bool(acting or applied)
         return self._acting

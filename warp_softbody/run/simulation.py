@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.control_options import ControlOptions, Method
@@ -25,6 +26,8 @@ from warp_softbody.engine.step_statistics import StepClock, StepStatistics
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.run.applied_forces import AppliedForce, applied_force
+from warp_softbody.run.continuation import copy_motion, require_same_bodies
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
@@ -65,8 +68,23 @@ class Simulation:
         fps: float = 30.0,
         method: Method | None = None,
         name: str = "scene",
+        after: Simulation | None = None,
     ) -> None:
-        """Build the model; ``time_step`` (s) and ``method`` override those of the options."""
+        """Build the model.
+
+        Args:
+            scene: what is simulated.
+            controller: what is wanted of its character; None for a passive one.
+            options: of the engine.
+            control_options: of the control solver.
+            time_step: s, in place of that of the options.
+            fps: frames per simulated second.
+            method: of the control solver, in place of that of its options.
+            name: of the scene, in what is told of the run.
+            after: a simulation of the same bodies with the same time step and precision, from whose
+                time and motion this one goes on under its own ground, gravity and control. Applied
+                forces and observers stay behind.
+        """
         begun = time.perf_counter()
         checks.instance("scene of a Simulation", scene, Scene)
         if controller is not None:
@@ -107,7 +125,16 @@ class Simulation:
         self._account = RunAccount(self.model)
         self._gauge = ShapeGauge(self.model)
         self._status = "complete"
+        if after is not None:
+            self._go_on_after(checks.instance("after of a Simulation", after, Simulation))
         self._log.setup = time.perf_counter() - begun
+
+    def _go_on_after(self, other: Simulation) -> None:
+        """Take over time and motion of a simulation of the same bodies."""
+        require_same_bodies(self.model, other.model)
+        copy_motion(other.state, other.contacts, self._state, self.contacts)
+        self._steps = other._steps
+        self._set_lengths(other._rest_lengths.copy())
 
     def _solver_for(self, controller: Controller) -> ControlSolver | None:
         """What finds the activations that serve a controller; None without muscles."""
@@ -146,6 +173,31 @@ class Simulation:
         """How the bodies were deformed in the last frame, and at most so far."""
         return self._gauge.read()
 
+    def apply_force(
+        self,
+        nodes: str | npt.ArrayLike,
+        force: tuple[float, float, float],
+        *,
+        weights: npt.ArrayLike | None = None,
+    ) -> AppliedForce:
+        """Apply a force in all steps to come, until it is changed or removed; return it.
+
+        It acts beside the scene's pushes, and no controller knows of it.
+
+        Args:
+            nodes: name of a region, node indices, or a mask of all nodes; those of bodies beside
+                the character are numbered as in Scene.parts.
+            force: the total, N, (x, y, z).
+            weights: (k,) by which the nodes, in ascending order, share it; by mass where none are
+                given.
+
+        Raises:
+            InputError: there is no such region or node, or a number is not finite.
+        """
+        applied = applied_force(self.model, nodes, force, weights)
+        self._pushes.applied.append(applied)
+        return applied
+
     def observe(self, observer: StepObserver) -> None:
         """Call ``observer`` with the record of every step to come, once it is taken."""
         wanted = "a function of a StepRecord"
@@ -164,11 +216,11 @@ class Simulation:
     def _frames_until(self, seconds: float) -> Iterator[Frame]:
         # until the last frame is asked for, the run is one that was left
         self._status = "stopped"
-        yield self._handed_out()
+        yield self.frame()
         while self.time + 0.5 / self.fps < seconds:
             for _ in range(self._steps_per_frame):
                 self.step()
-            yield self._handed_out()
+            yield self.frame()
         self._status = "complete"
 
     def step(self) -> None:
@@ -217,9 +269,9 @@ class Simulation:
         clock.mark("contact")
         self._log.note(statistics, self._decision, clock, first=self._steps == 1)
         if self._observers:
-            self._show(statistics, begun)
+            self._show(statistics, begun, clock)
 
-    def _show(self, statistics: StepStatistics, begun: float) -> None:
+    def _show(self, statistics: StepStatistics, begun: float, clock: StepClock) -> None:
         """Hand the record of the last step, which began at a time, s, to those who observe."""
         record = StepRecord(
             index=self._steps - 1,
@@ -230,6 +282,7 @@ class Simulation:
             state=self._state,
             control=self.control,
             contacts=self.contacts,
+            seconds=clock.seconds,
         )
         for observer in self._observers:
             observer(record)
@@ -321,7 +374,8 @@ class Simulation:
         self._views.write(self.control.rest_lengths, lengths)
 
     @shares_warp
-    def _handed_out(self) -> Frame:
+    def frame(self) -> Frame:
+        """Return the scene as it is now; each call is counted as a frame that is handed out."""
         planned = ContactSample() if self._decision is None else self._decision.planned
         now = (self._state, self.contacts, self._rest_lengths, planned)
         frame = self._snapshots.frame(self._frames, self.time, *now)

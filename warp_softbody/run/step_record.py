@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -24,6 +24,7 @@ class StepRecord:
         state: the state that it led to.
         control: what acted in it.
         contacts: as it left them.
+        seconds: wall time, s, of its parts "control", "assembly", "solve" and "contact".
     """
 
     index: int
@@ -34,6 +35,7 @@ class StepRecord:
     state: State
     control: Control
     contacts: Contacts
+    seconds: Mapping[str, float]
 
 
 StepObserver: TypeAlias = Callable[[StepRecord], None]
