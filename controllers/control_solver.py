@@ -47,7 +47,8 @@ class Decision:
             usable; where it is not, the activations stay as they were.
         kicked: whether the QPCC's solve was free to look for other modes by kicks.
         view: what the controller saw.
-        patches: the contacts that the plan could use.
+        goals: what it wanted, with the contacts that the plan could use.
+        time_unit: of the body, s.
     """
 
     rest_lengths: FloatArray
@@ -56,7 +57,13 @@ class Decision:
     converged: bool
     kicked: bool
     view: BodyView
-    patches: tuple[Patch, ...]
+    goals: Goals
+    time_unit: float
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """The contacts that the plan could use."""
+        return self.goals.patches
 
     @cached_property
     def planned(self) -> ContactSample:
@@ -193,12 +200,13 @@ class ControlSolver:
         problem = self._dynamics.solve(_rows_of(goals, view), free=free)
         _check_maps(goals, problem)
         activations = np.minimum(view.activations, problem.reaches / problem.rest_lengths)
+        time_unit = BodyUnits.of(view).time
         qpcc = build_qpcc(
             goals,
             problem,
             activations,
             view.time_step,
-            time_unit=BodyUnits.of(view).time,
+            time_unit=time_unit,
             cone=self._cone,
         )
         start = self._start(goals.patches)
@@ -215,7 +223,8 @@ class ControlSolver:
             converged=problem.converged and usable,
             kicked=self._method == "qpcc" and not left_out,
             view=view,
-            patches=goals.patches,
+            goals=goals,
+            time_unit=time_unit,
         )
 
     def _solve(

@@ -34,7 +34,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         *("base", "body", "world", "engine.reduced_dynamics"),
         *("controllers.qp", "controllers.qpcc", "controllers.compiled"),
     ),
-    "run": ("base", "device", "body", "world", "engine", "controllers"),
+    "run": ("base", "atomic_files", "device", "body", "world", "engine", "controllers"),
     "characters": ("base", "atomic_files", "body"),
     "scenes": ("base", "body", "world", "controllers", "characters"),
     "stage_exports": ("base", "atomic_files", "body", "world"),

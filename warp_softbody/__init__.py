@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem, ReducedDynamics
     from warp_softbody.engine.state import Contacts, Control, State
     from warp_softbody.engine.stepper import Stepper
+    from warp_softbody.run.recorder import Recorder
     from warp_softbody.run.simulation import Simulation
     from warp_softbody.stage_exports import StageWriter
     from warp_softbody.world.frame import ContactSample, Frame
@@ -55,6 +56,7 @@ _NAMES = {
     "MuscleGroup": "body.muscles",
     "Plane": "world.ground",
     "Push": "world.scene",
+    "Recorder": "run.recorder",
     "ReducedDynamics": "engine.reduced_dynamics",
     "Scene": "world.scene",
     "Simulation": "run.simulation",
@@ -88,6 +90,7 @@ __all__ = [
     "MuscleGroup",
     "Plane",
     "Push",
+    "Recorder",
     "ReducedDynamics",
     "Scene",
     "Simulation",

@@ -61,6 +61,15 @@ def frame() -> wsb.Frame:
 
 
 @cache
+def recorder() -> wsb.Recorder:
+    """Of one step of the bar."""
+    simulation = wsb.Simulation(scene())
+    kept = wsb.Recorder(simulation)
+    simulation.step()
+    return kept
+
+
+@cache
 def view() -> BodyView:
     """What a controller of the bar sees."""
     return wsb.Simulation(scene()).view()
@@ -129,6 +138,9 @@ def engine(folder: Path) -> Samples:
             {"nodes": [0, 1], "force": (1.0, 0.0, 0.0)},
         ),
         "Simulation.run": (wsb.Simulation(scene()).run, {"seconds": 0.1}),
+        "Recorder": (wsb.Recorder, {"simulation": wsb.Simulation(scene())}),
+        "Recorder.save": (recorder().save, {"path": folder / "steps.npz"}),
+        "Recorder.plot": (recorder().plot, {"folder": folder / "plots"}),
         "SimulationOptions": (wsb.SimulationOptions, {}),
         "State": (wsb.State, vars(state)),
         "State.at_rest": (wsb.State.at_rest, {"model": model()}),

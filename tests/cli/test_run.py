@@ -147,3 +147,12 @@ def test_other_controllers(call: Any, method: str) -> None:
 def test_double_precision(call: Any) -> None:
     answer = call("run", "topple-i", "--precision", "float64", "--seconds", 0.1, "--json")
     assert json.loads(answer.out)["precision"] == "float64"
+
+
+def test_plots_of_a_run(call: Any, tmp_path: Path) -> None:
+    answer = call("run", "drop-block", "--seconds", 0.1, "--json", "--plots", tmp_path / "p")
+    assert (answer.code, answer.err) == (0, "")
+    assert json.loads(answer.out)["plots"] == str(tmp_path / "p")
+    assert (tmp_path / "p" / "energy.csv").exists() and (tmp_path / "p" / "momentum.png").exists()
+    refused = call("run", "drop-block", "--plots", tmp_path / "p" / "energy.csv")
+    assert refused.code == 2 and "is a file" in refused.err

@@ -12,7 +12,7 @@ from pxr import Kind, Usd, UsdGeom
 
 from tests.stage_exports.crowd import FRAMES, NAMES, SPEEDS, frame_at, moved
 from warp_softbody import Simulation
-from warp_softbody.cli.recorder import Recorder
+from warp_softbody.cli.run_files import RunFiles
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports import StageWriter, body_names, measure, read_take, validate
 from warp_softbody.stage_exports.layout import Layout
@@ -67,7 +67,7 @@ def test_contacts_go_to_the_body_whose_node_touches(crowd: Scene, write_crowd: A
 def test_a_run_reaches_the_stage_body_by_body(crowd: Scene, tmp_path: Path) -> None:
     """The engine's own frames: three bodies that begin on the ground."""
     path = tmp_path / "run.usdc"
-    with Recorder(crowd, fps=60.0, stage=path) as recorder:
+    with RunFiles(crowd, fps=60.0, stage=path) as recorder:
         frames = list(Simulation(crowd, fps=60.0).run(0.1))
         for frame in frames:
             recorder.write(frame)

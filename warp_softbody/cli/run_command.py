@@ -19,7 +19,8 @@ from warp_softbody.errors import NotFiniteError
 from warp_softbody.run.warp_session import warp_engine
 
 if TYPE_CHECKING:
-    from warp_softbody.cli.recorder import Recorder
+    from warp_softbody.cli.run_files import RunFiles
+    from warp_softbody.run.recorder import Recorder
     from warp_softbody.run.simulation import Simulation
 
 OWN_DEFAULTS = {"time_step": "that of the scene"}
@@ -51,6 +52,7 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         ("--out", "F.usdc", "stage to write (.usdc, .usda, .usd or .usdz)"),
         ("--picture", "F.png", "picture of the last frame"),
         ("--movie", "F.gif", "movie of the run (.gif or .mp4)"),
+        ("--plots", "FOLDER", "plots of every step, .png and .csv"),
     ):
         parser.add_argument(option, metavar=target, type=Path, help=text)
     parser.add_argument(
@@ -109,23 +111,26 @@ def run(args: argparse.Namespace) -> int:
         SoftBodyError: the sentence for the user; a NotFiniteError's frames so far are saved.
     """
     plan = plan_run(args)
-    recorder = _recorder(args, plan)
+    files = _files(args, plan)
     with (
         Interruption() as interruption,
         ProgressBar(plan.scene.name, plan.seconds, quiet=args.quiet) as progress,
         warp_engine(plan.options.device, progress.compiling),
     ):
         simulation = _simulation(plan, args.fps)
+        steps = _recorder(args, simulation)
         try:
-            failure = _record(simulation, plan.seconds, recorder, interruption, progress)
+            failure = _record(simulation, plan.seconds, files, interruption, progress)
         except Interrupted as interrupted:
-            if args.out is not None and recorder.has_frames:
+            if args.out is not None and files.has_frames:
                 interrupted.left = (
                     f" before {str(args.out)!r} was whole; `warp-softbody recover` makes a stage "
                     "of the frames that were kept"
                 )
             raise
-    status = _report(args, simulation, plan, recorder)
+    if steps is not None and len(steps):
+        steps.plot(args.plots)
+    status = _report(args, simulation, plan, files)
     if failure is not None:
         raise failure
     if interruption.asked:
@@ -133,12 +138,25 @@ def run(args: argparse.Namespace) -> int:
     return DOUBTFUL if status == "doubtful" else 0
 
 
-def _recorder(args: argparse.Namespace, plan: RunPlan) -> Recorder:
-    with held_back():
-        from warp_softbody.cli.recorder import Recorder
+def _recorder(args: argparse.Namespace, simulation: Simulation) -> Recorder | None:
+    """What keeps the steps for plots; None where none are asked for."""
+    if args.plots is None:
+        return None
+    from warp_softbody.run.recorder import Recorder
 
+    return Recorder(simulation)
+
+
+def _files(args: argparse.Namespace, plan: RunPlan) -> RunFiles:
+    with held_back():
+        from warp_softbody.cli.run_files import RunFiles
+
+    if args.plots is not None:
+        from warp_softbody.run.plots import check_plots
+
+        check_plots(args.plots)
     options = plan.recorded(plan.options, motion_only=True)
-    return Recorder(
+    return RunFiles(
         plan.scene.scene,
         fps=args.fps,
         stage=args.out,
@@ -171,18 +189,18 @@ def _simulation(plan: RunPlan, fps: float) -> Simulation:
 def _record(
     simulation: Simulation,
     seconds: float,
-    recorder: Recorder,
+    files: RunFiles,
     interruption: Interruption,
     progress: ProgressBar,
 ) -> NotFiniteError | None:
     """Run the simulation into the files; whatever stops it, they keep the frames so far."""
     failure = None
-    with recorder:
+    with files:
         try:
             for frame in simulation.run(seconds):
                 interruption.patient = True
-                recorder.write(frame)
-                simulation.count_export(recorder.last_seconds)
+                files.write(frame)
+                simulation.count_export(files.last_seconds)
                 progress.reached(frame.time)
                 interruption.patient = frame.index > 0
                 if interruption.asked:
@@ -192,25 +210,26 @@ def _record(
         except NotFiniteError as error:
             failure = error
         progress.closing()
-    simulation.count_export(recorder.last_seconds)
+    simulation.count_export(files.last_seconds)
     if interruption.asked:
         simulation.interrupt()
     return failure
 
 
 def _report(
-    args: argparse.Namespace, simulation: Simulation, plan: RunPlan, recorder: Recorder
+    args: argparse.Namespace, simulation: Simulation, plan: RunPlan, files: RunFiles
 ) -> str:
     """Print the summary; return its status."""
     from warp_softbody.cli.report import as_json, as_text
 
     def path(target: Path | None) -> str | None:
-        return str(target) if target is not None and recorder.has_frames else None
+        return str(target) if target is not None and files.has_frames else None
 
     summary = simulation.summary(stage=path(args.out))
     more: dict[str, Any] = {
         "picture": path(args.picture),
         "movie": path(args.movie),
+        "plots": path(args.plots),
         **plan.recorded(simulation.model.options),
         "fps": args.fps,
         "settings": dict(plan.scene.settings),

@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 import textwrap
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from warp_softbody.accuracy.analysis.chart import Chart, Point
 from warp_softbody.atomic_files import replacing
-from warp_softbody.errors import MissingExtraError, OutputError
+from warp_softbody.errors import OutputError
+from warp_softbody.inputs.extras import require_package
 
 REAL_TIME = 1000.0
 """ms of CPU time in a simulated second: one thread keeps up."""
@@ -24,10 +24,7 @@ def require_matplotlib() -> None:
     Raises:
         MissingExtraError: Matplotlib is not installed.
     """
-    if find_spec("matplotlib") is None:
-        raise MissingExtraError(
-            "charts need matplotlib, which is not installed: pip install 'warp-softbody[charts]'"
-        )
+    require_package("matplotlib", "charts", "charts")
 
 
 def draw(chart: Chart, path: Path) -> Path:

@@ -1,14 +1,13 @@
-"""A `Recorder` writes the files of a run: stage, movie and picture."""
+"""`RunFiles` writes the files of a run: stage, movie and picture."""
 
 from __future__ import annotations
 
-import importlib.util
 import time
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
-from warp_softbody.errors import MissingExtraError
+from warp_softbody.inputs.extras import require_package
 from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
 from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice
 from warp_softbody.stage_exports.conventions import checked_target
@@ -18,7 +17,7 @@ from warp_softbody.world.frame import Frame
 from warp_softbody.world.scene import Scene
 
 
-class Recorder:
+class RunFiles:
     """Writes each frame to the files asked for; the picture shows the last one.
 
     Everything about the files is checked on construction and none of them is created before the
@@ -73,7 +72,7 @@ class Recorder:
         self._last = frame
         self._count(begun)
 
-    def __enter__(self) -> Recorder:
+    def __enter__(self) -> RunFiles:
         """Write inside the body."""
         for writer in self._writers:
             self._files.enter_context(writer)
@@ -102,8 +101,4 @@ def _require_drawing(movie: Path | None, picture: Path | None) -> None:
     if movie and movie.suffix.lower() == ".mp4":
         needed.append("imageio_ffmpeg")
     for package in needed:
-        if importlib.util.find_spec(package) is None:
-            raise MissingExtraError(
-                f"pictures and movies need {package}, which is not installed: "
-                "pip install 'warp-softbody[view]'"
-            )
+        require_package(package, "pictures and movies", "view")
