@@ -277,7 +277,6 @@ class Simulation:
             index=self._steps - 1,
             time=begun,
             statistics=statistics,
-            seconds=dict(clock.seconds),
             decision=self._decision,
             before=self._after,
             state=self._state,

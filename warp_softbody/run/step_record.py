@@ -19,8 +19,6 @@ class StepRecord:
         index: of the step, from 0; those that a sleeping scene leaves out are counted too.
         time: at which it began, s.
         statistics: what it took.
-        seconds: wall time of each part, "assembly", "control", "solve" and "contact", where it was
-            measured, s.
         decision: of the controller; None where there is none, or it wanted nothing.
         before: the state that the step began in.
         state: the state that it led to.
@@ -32,7 +30,6 @@ class StepRecord:
     index: int
     time: float
     statistics: StepStatistics
-    seconds: Mapping[str, float]
     decision: Decision | None
     before: State
     state: State
