@@ -6,12 +6,15 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.sparse import coo_array, csr_array
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh_geometry import inverse_edges
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.implicit_muscles import SHORT
+
+Indices = npt.NDArray[np.integer]
 
 
 class Energies(NamedTuple):
@@ -38,7 +41,7 @@ class _Groups:
         tets: (g,) one of each group, which tells its body and material.
     """
 
-    def __init__(self, tets: FloatArray, volumes: FloatArray, corners: int) -> None:
+    def __init__(self, tets: Indices, volumes: FloatArray, corners: int) -> None:
         picks = list(combinations(range(4), corners))
         members = np.sort(tets[:, picks], axis=2).reshape(-1, corners)
         _, first, owner = np.unique(members, axis=0, return_index=True, return_inverse=True)
@@ -46,7 +49,7 @@ class _Groups:
         share = volumes[tet] / len(picks)
         owner = owner.reshape(-1)
         self.tets = tet[first]
-        self.volumes = np.bincount(owner, share)
+        self.volumes = _sums(owner, share, len(first))
         weights = share / self.volumes[owner]
         shape = (len(first), len(tets))
         self._means = csr_array(coo_array((weights, (owner, tet)), shape=shape))
@@ -97,7 +100,7 @@ class EnergyMeter:
         )
 
     def _by_node(self, values: FloatArray) -> FloatArray:
-        return np.bincount(self._node_bodies, values, len(self._model.scene.parts))
+        return _sums(self._node_bodies, values, len(self._model.scene.parts))
 
     def _elastic(self, gradients: FloatArray) -> FloatArray:
         """``V mu |F - R|^2 + V lambda / 2 s^2``, of smoothed tets over edges and over nodes."""
@@ -121,9 +124,9 @@ class EnergyMeter:
         trace = np.einsum("gij,gij->g", polar_rotations(gradients), gradients) - 3.0
         return np.where(exact, volumes - 1.0, trace)
 
-    def _by_tet(self, values: FloatArray, tets: FloatArray | None = None) -> FloatArray:
+    def _by_tet(self, values: FloatArray, tets: Indices | None = None) -> FloatArray:
         bodies = self._bodies if tets is None else self._bodies[tets]
-        return np.bincount(bodies, values, len(self._model.scene.parts))
+        return _sums(bodies, values, len(self._model.scene.parts))
 
     def _muscles(self, gradients: FloatArray, lengths: FloatArray) -> FloatArray:
         """``S V / 2 max(0, f - a)^2`` of each segment (docs/method.md section 2)."""
@@ -137,12 +140,17 @@ class EnergyMeter:
         stretch = np.linalg.norm(along, axis=1)
         stretch = np.where(stretch < SHORT, 0.5 * (stretch**2 / SHORT + SHORT), stretch)
         shares = layout.pair_weight * self._volumes[layout.pair_tet]
-        volumes = np.bincount(layout.pair_segment, shares, count)
-        means = np.bincount(layout.pair_segment, shares * stretch, count)
+        volumes = _sums(layout.pair_segment, shares, count)
+        means = _sums(layout.pair_segment, shares * stretch, count)
         means = np.divide(means, volumes, out=np.zeros(count), where=volumes > 0.0)
         strengths = layout.stiffness * layout.rest_lengths
         pull = np.maximum(0.0, means - lengths / layout.rest_lengths)
-        return np.bincount(self._segment_bodies, 0.5 * strengths * volumes * pull**2, bodies)
+        return _sums(self._segment_bodies, 0.5 * strengths * volumes * pull**2, bodies)
+
+
+def _sums(owners: Indices, values: FloatArray, count: int) -> FloatArray:
+    """(count,) sums of values by their owner."""
+    return np.asarray(np.bincount(owners, values, count), dtype=np.float64)
 
 
 def polar_rotations(gradients: FloatArray) -> FloatArray:

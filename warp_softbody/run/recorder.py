@@ -106,10 +106,10 @@ class Recorder:
         target = input_kinds.path("path of Recorder.save", path).expanduser().absolute()
         if target.suffix.lower() != ".npz":
             raise InputError(f"path of Recorder.save must end in .npz, got {str(path)!r}")
-        arrays = self._recorded()
+        arrays: dict[str, Any] = {"body_names": np.array(self.body_names), **self._recorded()}
         try:
             with replacing(target) as beside:
-                np.savez_compressed(beside, body_names=np.array(self.body_names), **arrays)
+                np.savez_compressed(beside, **arrays)
         except (OSError, ValueError) as error:
             cause = getattr(error, "strerror", None) or error
             raise OutputError(f"{str(path)!r} could not be written: {cause}") from error
