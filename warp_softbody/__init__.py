@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem, ReducedDynamics
     from warp_softbody.engine.state import Contacts, Control, State
     from warp_softbody.engine.stepper import Stepper
+    from warp_softbody.run.batch import Batch
+    from warp_softbody.run.batch_member import BatchMember
     from warp_softbody.run.recorder import Recorder
     from warp_softbody.run.simulation import Simulation
     from warp_softbody.stage_exports import StageWriter
@@ -37,6 +39,8 @@ __version__ = "0.1.0"
 
 _MODULES = ("characters", "controllers", "scenes", "stage_exports")
 _NAMES = {
+    "Batch": "run.batch",
+    "BatchMember": "run.batch_member",
     "Body": "world.joined_bodies",
     "Bridge": "engine.reduced_dynamics",
     "Character": "body.character",
@@ -71,6 +75,8 @@ _NAMES = {
 }
 
 __all__ = [
+    "Batch",
+    "BatchMember",
     "Body",
     "Bridge",
     "Character",

@@ -103,6 +103,13 @@ def engine(folder: Path) -> Samples:
     contacts = wsb.Contacts.none(model())
     triangles = {"vertices": np.eye(3), "faces": np.array([[0, 1, 2]])}
     return {
+        "Batch": (wsb.Batch, {"scene": scene(), "count": 2}),
+        "Batch.leave": (wsb.Batch(scene(), 2).leave, {"index": 0}),
+        "Batch.run": (wsb.Batch(scene(), 2).run, {"seconds": 0.1}),
+        "BatchMember": (
+            wsb.BatchMember,
+            {"index": 0, "scene": scene(), "random": np.random.default_rng(0)},
+        ),
         "Body": (wsb.Body, {"character": muscled()}),
         "Bridge": (wsb.Bridge, {"stepper": stepper()}),
         "ReducedDynamics": (wsb.ReducedDynamics, {"stepper": stepper()}),

@@ -18,6 +18,12 @@ from warp_softbody.engine.contact_tolerances import speed_share
 from warp_softbody.engine.linear_system import build_levels, build_linear_system
 from warp_softbody.engine.material_parts import MaterialPart, material_parts
 from warp_softbody.engine.model_arrays import ModelArrays
+from warp_softbody.engine.model_sharing import (
+    same_arrays,
+    same_meshes,
+    shared_layout,
+    shared_levels,
+)
 from warp_softbody.engine.muscle_layout import MuscleLayout, build_muscle_layout, join_layouts
 from warp_softbody.engine.option_choice import with_choices
 from warp_softbody.engine.options import SimulationOptions
@@ -121,31 +127,49 @@ class Model:
 
 
 @shares_warp
-def build_model(scene: Scene, options: SimulationOptions) -> Model:
+def build_model(scene: Scene, options: SimulationOptions, *, like: Model | None = None) -> Model:
     """The model of a scene: index arrays, rest shape, masses, muscle weights, ground.
+
+    Args:
+        scene: what is simulated.
+        options: how.
+        like: a model whose constant arrays this one shares as far as they are the same, so that
+            copies of a scene with other pushes or materials cost little; the results are the same.
 
     Raises:
         InputError: options that do not go with the scene, or a device that is not there.
     """
     checks.instance("scene of build_model", scene, Scene)
     checks.instance("options of build_model", options, SimulationOptions)
+    if like is not None:
+        checks.instance("like of build_model", like, Model)
     # made anew, so that one that went round its constructor is checked too
     options = replace(options)
     check_device(options.device)
     options = with_choices(options, scene)
     _refuse_mixtures(scene, options)
+    if like is not None and not same_meshes(scene, like.scene):
+        like = None
     mesh, parts = scene.whole.mesh, scene.parts
-    topology = build_topology(mesh.tets, len(mesh.points))
+    topology = build_topology(mesh.tets, len(mesh.points)) if like is None else like.topology
     fixed = np.zeros(len(mesh.points), dtype=bool)
     fixed[scene.whole.fixed] = True
-    levels = build_levels(scene, topology, fixed, options.preconditioner)
+    levels = None
+    if like is not None:
+        levels = shared_levels(like.system, options, like.options, fixed, like.fixed)
+    levels = levels or build_levels(scene, topology, fixed, options.preconditioner)
     make = Allocator(real(options.precision), options.device)
-    layouts = [build_muscle_layout(character) for character in scene.characters]
-    muscles = join_layouts(layouts, parts)
+    muscles = _muscles(scene, like)
     masses = np.concatenate([_masses(character) for character in scene.characters])
     dt = options.time_step
     materials = material_parts(parts, topology, dt, make)
-    arrays = ModelArrays.of(scene, topology, muscles, masses, materials, dt, make)
+    shared = like.arrays if like is not None and same_arrays(options, like.options) else None
+    same_fibers = like is not None and muscles.pair_tet is like.muscles.pair_tet
+    arrays = ModelArrays.of(
+        *(scene, topology, muscles, masses, materials, dt, make),
+        like=shared,
+        fibers=shared.muscles if shared is not None and same_fibers else None,
+    )
     return Model(
         scene=scene,
         options=options,
@@ -159,6 +183,17 @@ def build_model(scene: Scene, options: SimulationOptions) -> Model:
             scene, options, topology, levels, masses, materials, arrays, make
         ),
     )
+
+
+def _muscles(scene: Scene, like: Model | None) -> MuscleLayout:
+    """The segments of all bodies, those of a model of the same meshes where they are the same."""
+    found = None
+    if like is not None:
+        found = shared_layout(like.muscles, scene, like.scene.characters)
+    if found is not None:
+        return found
+    layouts = [build_muscle_layout(character) for character in scene.characters]
+    return join_layouts(layouts, scene.parts)
 
 
 def _refuse_mixtures(scene: Scene, options: SimulationOptions) -> None:

@@ -7,7 +7,7 @@ segment.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
@@ -189,16 +189,27 @@ class ModelArrays:
         materials: tuple[MaterialPart, ...],
         dt: float,
         make: Allocator,
+        *,
+        like: ModelArrays | None = None,
+        fibers: MuscleArrays | None = None,
     ) -> ModelArrays:
-        """Everything constant that kernels read, for nodes of masses (n,) kg and a step dt, s."""
-        mesh = MeshArrays.of(scene.whole.mesh, make)
+        """Everything constant that kernels read, for nodes of masses (n,) kg and a step dt, s.
+
+        Arrays of meshes are those of ``like``, of the same meshes in the same precision; those of
+        muscles, but for their stiffness, those of the same ``fibers``.
+        """
+        mesh = like.mesh if like else MeshArrays.of(scene.whole.mesh, make)
+        if fibers is None:
+            muscles = MuscleArrays.of(layout, len(scene.whole.mesh.tets), make)
+        else:
+            muscles = replace(fibers, stiffness=make.array(layout.stiffness, make.types.scalar))
         return ModelArrays(
             mesh=mesh,
-            gather=GatherArrays.of(topology, make),
-            pattern=PatternArrays.of(topology, make),
+            gather=like.gather if like else GatherArrays.of(topology, make),
+            pattern=like.pattern if like else PatternArrays.of(topology, make),
             masses=_mass_arrays(scene, masses, materials, make),
             step=StepArrays.of(scene, materials, dt, make),
-            muscles=MuscleArrays.of(layout, len(scene.whole.mesh.tets), make),
+            muscles=muscles,
             ground=GroundArrays.of(scene, dt, masses, materials, mesh.surface_nodes, make),
         )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +36,61 @@ class Freedom:
     slip_stiffness: Any
 
 
+class FactorStructure:
+    """The constant device arrays of a factor's pattern, shared by all factors that have it.
+
+    Attributes:
+        count: rows of blocks.
+        entries: blocks below the diagonal.
+        order, row, row_start, column, matrix_slot, diagonal_slot, update_start, update_pairs: as
+            in `Elimination`; ``row`` is that of each block.
+        below_slot, owner: as in `Supernodes`.
+        panels: struct of what solves with panels need.
+        registers: of the panels by column and by row.
+    """
+
+    def __init__(self, elimination: Elimination, device: str) -> None:
+        """Group the columns of a pattern to panels, and put all on a device."""
+        self.count = len(elimination.order)
+        self.entries = len(elimination.column)
+        runs = build_supernodes(elimination)
+        rows = np.arange(self.count, dtype=np.int32)
+
+        def integers(values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
+            return constant_integers(values, dtype, device)
+
+        self.order = integers(elimination.order)
+        self.row_start = integers(elimination.row_start)
+        self.row = integers(np.repeat(rows, np.diff(elimination.row_start)))
+        self.column = integers(elimination.column)
+        self.matrix_slot = integers(elimination.matrix_slot)
+        self.diagonal_slot = integers(elimination.diagonal_slot)
+        self.update_start = integers(elimination.update_start)
+        self.update_pairs = integers(elimination.update_pairs, wp.vec2i)
+        self.below_slot = integers(runs.below_slot)
+        self.owner = integers(runs.owner)
+        self.registers = (int(runs.panel_start[-1]), 3 * len(runs.below))
+        at: Any = PanelStructure()
+        at.count, at.runs = self.count, len(runs.panel_start) - 1
+        at.order, at.row_start, at.column = self.order, self.row_start, self.column
+        at.first, at.inner_start = integers(runs.first), integers(runs.inner_start)
+        at.below_start, at.below = integers(runs.below_start), integers(runs.below)
+        at.panel_start, at.targets = integers(runs.panel_start), integers(runs.targets)
+        self.panels = at
+
+
+_STRUCTURES: WeakKeyDictionary[Elimination, dict[str, FactorStructure]] = WeakKeyDictionary()
+"""By pattern and device, for as long as somebody has the pattern."""
+
+
+def structure_of(elimination: Elimination, device: str) -> FactorStructure:
+    """The arrays of a pattern on a device, made once."""
+    of_devices = _STRUCTURES.setdefault(elimination, {})
+    if device not in of_devices:
+        of_devices[device] = FactorStructure(elimination, device)
+    return of_devices[device]
+
+
 class BlockFactor:
     """Factorises a matrix of 3 x 3 blocks and solves with the factor; launches are capturable."""
 
@@ -50,77 +106,53 @@ class BlockFactor:
         """Arrays for the factor, not yet computed; ``margin``: part of a pivot added to it."""
         self._margin = margin
         self._device = device
-        self._count = len(elimination.order)
+        self._at = at = structure_of(elimination, device)
         lanes = lanes_on(device, types.name) if native_code else None
         self._blocks = lanes or make_cholesky(types.name)
         self._factorisation = make_factorisation(types.name)
-        entries = len(elimination.column)
-        self.lower = wp.zeros(entries, dtype=types.mat33, device=device)
-        self.pivot_inverse = wp.zeros(self._count, dtype=types.mat33, device=device)
+        self.lower = wp.zeros(at.entries, dtype=types.mat33, device=device)
+        self.pivot_inverse = wp.zeros(at.count, dtype=types.mat33, device=device)
         self._upper, self._turned = (
-            wp.zeros(entries, dtype=self._factorisation.mat34, device=device) for _ in range(2)
+            wp.zeros(at.entries, dtype=self._factorisation.mat34, device=device) for _ in range(2)
         )
-        self._pivots = wp.zeros(self._count, dtype=types.mat33, device=device)
+        self._pivots = wp.zeros(at.count, dtype=types.mat33, device=device)
         self._panels = make_supernodes(types.name)
-        runs = build_supernodes(elimination)
-        registers = (runs.panel_start[-1], 3 * len(runs.below))
         self._by_column, self._by_row = (
-            wp.zeros(max(1, int(count)), dtype=types.block, device=device) for count in registers
+            wp.zeros(max(1, count), dtype=types.block, device=device) for count in at.registers
         )
         # the last component takes what the lanes without a row hold
-        self._work = wp.zeros(3 * self._count + 1, dtype=types.scalar, device=device)
-
-        def integers(values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
-            return constant_integers(values, dtype, device)
-
-        self._order = integers(elimination.order)
-        self._row_start = integers(elimination.row_start)
-        rows = np.arange(self._count, dtype=np.int32)
-        self._row = integers(np.repeat(rows, np.diff(elimination.row_start)))
-        self._column = integers(elimination.column)
-        self._matrix_slot = integers(elimination.matrix_slot)
-        self._diagonal_slot = integers(elimination.diagonal_slot)
-        self._update_start = integers(elimination.update_start)
-        self._update_pairs = integers(elimination.update_pairs, wp.vec2i)
-        self._below_slot = integers(runs.below_slot)
-        self._owner = integers(runs.owner)
-        at: Any = PanelStructure()
-        at.count, at.runs = self._count, len(runs.panel_start) - 1
-        at.order, at.row_start, at.column = self._order, self._row_start, self._column
-        at.first, at.inner_start = integers(runs.first), integers(runs.inner_start)
-        at.below_start, at.below = integers(runs.below_start), integers(runs.below)
-        at.panel_start, at.targets = integers(runs.panel_start), integers(runs.targets)
-        self._structure = at
+        self._work = wp.zeros(3 * at.count + 1, dtype=types.scalar, device=device)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, dim, inputs, outputs, self._device)
 
     def factorise(self, values: Any, freedom: Freedom) -> None:
         """Launch the factorisation of a matrix on the velocities left free."""
-        k, entries = self._factorisation, len(self._column)
-        pivots = [self._order, self._diagonal_slot, self._margin, values]
+        k, at = self._factorisation, self._at
+        pivots = [at.order, at.diagonal_slot, self._margin, values]
         pivots += [freedom.kinds, freedom.axes, freedom.slip_stiffness]
-        self._launch(k.gather_pivots, self._count, pivots, [self._pivots])
-        blocks = [self._row, self._column, self._matrix_slot, self._order, values]
+        self._launch(k.gather_pivots, at.count, pivots, [self._pivots])
+        blocks = [at.row, at.column, at.matrix_slot, at.order, values]
         blocks += [freedom.kinds, freedom.axes]
-        self._launch(k.gather_blocks, entries, blocks, [self._upper])
-        updates = [self._row_start, self._column, self._update_start, self._update_pairs]
+        self._launch(k.gather_blocks, at.entries, blocks, [self._upper])
+        updates = [at.row_start, at.column, at.update_start, at.update_pairs]
         outputs = [self._upper, self._turned, self.lower, self.pivot_inverse]
-        self._launch(k.factorise, 1, [self._count, *updates, self._pivots], outputs)
-        at = self._structure
-        places = [at.first, at.below_start, self._below_slot, self._owner, at.panel_start]
+        self._launch(k.factorise, 1, [at.count, *updates, self._pivots], outputs)
+        runs = at.panels
+        places = [runs.first, runs.below_start, at.below_slot, at.owner, runs.panel_start]
         panels = [self._by_column, self._by_row]
-        self._launch(self._panels.pack, len(self._owner), [*places, self.lower], panels)
+        self._launch(self._panels.pack, len(at.owner), [*places, self.lower], panels)
 
     def solve(self, turns: Any, residual: Any, result: Any) -> None:
         """Launch result = Q (L D L^T)^-1 Q^T residual, vectors (count,) vec3, Q the turns."""
         factor = [self.lower, self._by_column, self._by_row, self.pivot_inverse]
-        inputs = [self._structure, *factor, turns, residual]
+        inputs = [self._at.panels, *factor, turns, residual]
         self._launch(self._panels.precondition, 1, inputs, [self._work, result])
 
     def solve_block(self, turns: Any, residual: Any, work: Any, result: Any) -> None:
         """Launch the same for blocks (blocks, 3 count)."""
-        structure = [self._count, self._order, self._row_start, self._column]
+        at = self._at
+        structure = [at.count, at.order, at.row_start, at.column]
         inputs = [*structure, self.lower, self.pivot_inverse, turns, residual]
         blocks = residual.shape[0]
         self._launch(self._blocks.precondition_block, blocks, inputs, [work, result])

@@ -14,9 +14,9 @@ from warp_softbody.linear.block_sparsity import Pattern, starts
 IntArray = npt.NDArray[np.int32]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Elimination:
-    """Pattern of the unit block-lower factor L, rows in elimination order.
+    """Pattern of the unit block-lower factor L, rows in elimination order; told apart by identity.
 
     Attributes:
         order: (n,) node eliminated at each position.

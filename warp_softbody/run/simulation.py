@@ -16,7 +16,7 @@ from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
-from warp_softbody.engine.model import build_model
+from warp_softbody.engine.model import Model, build_model
 from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
@@ -69,6 +69,7 @@ class Simulation:
         method: Method | None = None,
         name: str = "scene",
         after: Simulation | None = None,
+        like: Model | None = None,
     ) -> None:
         """Build the model.
 
@@ -84,6 +85,8 @@ class Simulation:
             after: a simulation of the same bodies with the same time step and precision, from whose
                 time and motion this one goes on under its own ground, gravity and control. Applied
                 forces and observers stay behind.
+            like: a model whose constant arrays are shared as far as they are the same
+                (`build_model`).
         """
         begun = time.perf_counter()
         checks.instance("scene of a Simulation", scene, Scene)
@@ -100,7 +103,7 @@ class Simulation:
             method=method,
         )
         self._steps_per_frame = settings.steps_per_frame
-        self.model = build_model(scene, settings.options)
+        self.model = build_model(scene, settings.options, like=like)
         self.control_options = settings.control_options
         self.fps = float(fps)
         self.name = name

@@ -1,0 +1,85 @@
+"""What one simulation of a batch has of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from warp_softbody.controllers.controller import Controller
+from warp_softbody.engine.model_sharing import same_meshes
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.world.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BatchMember:
+    """One of the many simulations of a `Batch`, before it begins.
+
+    Attributes:
+        index: in the batch, from 0.
+        scene: with the member's own pushes, material values, gravity, velocities or ground; its
+            meshes are those of all members.
+        controller: the member's own, which no other member has; None for a passive one.
+        random: random numbers of the member alone: the same for the same seed of the batch and the
+            same index, however many members there are.
+    """
+
+    index: int
+    scene: Scene
+    controller: Controller | None = None
+    random: np.random.Generator
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be simulated."""
+        index = checks.whole("BatchMember.index", self.index)
+        checks.instance("BatchMember.scene", self.scene, Scene)
+        if self.controller is not None:
+            input_kinds.controller("BatchMember.controller", self.controller)
+        checks.instance("BatchMember.random", self.random, np.random.Generator)
+        checks.keep(self, index=index)
+
+
+Vary: TypeAlias = Callable[[BatchMember], BatchMember]
+"""Gives a member what it has of its own; by `dataclasses.replace` for instance."""
+
+
+def members_of(scene: Scene, count: int, vary: Vary | None, seed: int) -> tuple[BatchMember, ...]:
+    """The members of a batch, each with a controller and random numbers of its own.
+
+    Raises:
+        InputError: ``vary`` returns no member, one of other meshes, or another one's controller.
+    """
+    found: list[BatchMember] = []
+    owners: dict[int, int] = {}
+    for index in range(count):
+        random = np.random.default_rng([seed, index])
+        member = BatchMember(index=index, scene=scene, random=random)
+        if vary is not None:
+            member = _varied(vary, member)
+        if not same_meshes(member.scene, scene):
+            raise InputError(
+                f"member {index} of a Batch has other bodies or meshes than its scene; "
+                "members may differ in all else"
+            )
+        if member.controller is not None:
+            other = owners.setdefault(id(member.controller), index)
+            if other != index:
+                raise InputError(
+                    f"members {other} and {index} of a Batch have one controller, which remembers "
+                    "its steps; let vary make one for each"
+                )
+        found.append(member)
+    return tuple(found)
+
+
+def _varied(vary: Vary, member: BatchMember) -> BatchMember:
+    label = f"vary of a Batch for member {member.index}"
+    try:
+        found = vary(member)
+    except TypeError as error:
+        raise InputError(f"{label} cannot be called: {error}") from error
+    return checks.instance(f"what {label} returns", found, BatchMember)
