@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,11 +12,14 @@ import numpy as np
 from benchmarks.gains.cases import GainCase
 from benchmarks.gains.evolution import minimise
 from benchmarks.gains.journal import TrialJournal, key
-from benchmarks.gains.trials import Trial, family_cost, make_trial, trial_cost
+from benchmarks.gains.trials import Trial, family_cost, make_trials, trial_cost
 from benchmarks.robustness.variation import Variation
 from warp_softbody.arrays import FloatArray
 
 Gains = Mapping[str, float]
+
+MOST_TOGETHER = 8
+"""Runs of a batch: they share what is built of a scene, and are lost together with Ctrl-C."""
 
 
 @dataclass(kw_only=True)
@@ -103,28 +105,37 @@ class FamilySearch:
         return gains_of(self.case, point) if number else self.case.shipped()
 
     def _judge(self, drawn: Sequence[Draw]) -> None:
-        """Run the members of each draw one after the other, of several draws at once."""
-        waiting, running = deque(drawn), dict[Future[Trial], tuple[Draw, Variation]]()
-        while waiting or running:
-            while waiting and len(running) < self.count:
-                self._go_on(waiting.popleft(), running)
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                draw, member = running.pop(future)
-                trial = future.result()
-                self.journal.add(self._key(draw, member), member.name, draw.gains, trial)
-                self._note(draw, member, trial)
-                self._go_on(draw, running)
+        """Run the draws member by member, those that are to be run in the same one as a batch."""
+        while waiting := self._waiting(drawn):
+            running: dict[Future[list[Trial]], tuple[list[Draw], Variation]] = {}
+            for member, draws in waiting:
+                for part in self._batches(draws):
+                    what = (self.case.scene, [d.gains for d in part], member, self.seconds)
+                    future = self.executor.submit(make_trials, *what, self.meshes)
+                    running[future] = (part, member)
+            for future in as_completed(running):
+                part, member = running[future]
+                for draw, trial in zip(part, future.result(), strict=True):
+                    self.journal.add(self._key(draw, member), member.name, draw.gains, trial)
+                    self._note(draw, member, trial)
 
-    def _go_on(self, draw: Draw, running: dict[Future[Trial], tuple[Draw, Variation]]) -> None:
-        """Begin the next run of a draw that nobody knows yet, unless it is given up."""
-        while not draw.whole and draw.cost <= self._best:
-            member = self._order[len(draw.costs)]
-            known = self.journal.of(self._key(draw, member))
-            if known is None:
-                what = (self.case.scene, draw.gains, member, self.seconds, self.meshes)
-                running[self.executor.submit(make_trial, *what)] = (draw, member)
-                return
-            self._note(draw, member, known)
+    def _waiting(self, drawn: Sequence[Draw]) -> list[tuple[Variation, list[Draw]]]:
+        """The next run that nobody knows yet of each draw that is not given up, by member."""
+        found: dict[str, tuple[Variation, list[Draw]]] = {}
+        for draw in drawn:
+            while not draw.whole and draw.cost <= self._best:
+                member = self._order[len(draw.costs)]
+                known = self.journal.of(self._key(draw, member))
+                if known is None:
+                    found.setdefault(member.name, (member, []))[1].append(draw)
+                    break
+                self._note(draw, member, known)
+        return list(found.values())
+
+    def _batches(self, draws: list[Draw]) -> list[list[Draw]]:
+        """The draws, shared out to all workers, few enough to lose little when stopped."""
+        size = min(MOST_TOGETHER, -(-len(draws) // self.count))
+        return [draws[first : first + size] for first in range(0, len(draws), size)]
 
     def _note(self, draw: Draw, member: Variation, trial: Trial) -> None:
         draw.trials[member.name] = trial

@@ -12,8 +12,8 @@ import numpy as np
 from benchmarks.gains.cases import CASES, Changes, GainCase
 from benchmarks.motions.criteria import CRITERIA, SOUND
 from benchmarks.motions.criterion import Criterion
+from benchmarks.robustness.batch_runs import run_together
 from benchmarks.robustness.outcomes import Cell
-from benchmarks.robustness.runs import run
 from benchmarks.robustness.variation import Variation
 from warp_softbody import scenes
 from warp_softbody.scenes import ScenePlan
@@ -56,15 +56,23 @@ class Fall:
         return self._stands and height < LYING * self._first
 
 
-def make_trial(
-    scene: str, gains: Changes, member: Variation, seconds: float | None, meshes: Path
-) -> Trial:
-    """Run the scene of that name with these gains in one member of a family."""
+def make_trials(
+    scene: str,
+    candidates: Sequence[Changes],
+    member: Variation,
+    seconds: float | None,
+    meshes: Path,
+) -> list[Trial]:
+    """Run the scene of that name with the gains of each candidate in one member of a family."""
     case = CASES[scene]
-    fall = Fall(stands=case.stands)
+    falls = [Fall(stands=case.stands) for _ in candidates]
     cell = Cell(scene=scene, variation=member, seconds=seconds)
-    outcome = run(cell, meshes, make=partial(_made, case, gains), ends=fall)
-    return Trial(values=outcome.values, lasted=fall.time)
+    makes = [partial(_made, case, gains) for gains in candidates]
+    outcomes = run_together(cell, meshes, makes, falls)
+    return [
+        Trial(values=outcome.values, lasted=fall.time)
+        for outcome, fall in zip(outcomes, falls, strict=True)
+    ]
 
 
 def _made(case: GainCase, gains: Changes, scene: str, settings: Mapping[str, float]) -> ScenePlan:

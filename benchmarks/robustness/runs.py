@@ -14,7 +14,7 @@ from benchmarks.robustness.outcomes import Cell, VariationOutcome
 from benchmarks.robustness.turned_world import turned_back
 from benchmarks.robustness.variation import Make
 from warp_softbody import scenes
-from warp_softbody.errors import InputError, NotFiniteError
+from warp_softbody.errors import InputError, NotFiniteError, SoftBodyError
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.run.warp_session import warp_engine
 from warp_softbody.scenes import ScenePlan
@@ -38,20 +38,26 @@ def run(
     The folder ``meshes`` has the meshes of the variations that need others; ``make`` makes the
     scene, and a run that ``ends`` early is broken off.
     """
-    scene, variation = cell.name
+    scene = cell.scene
     with tempfile.TemporaryDirectory() as folder, warp_engine("cpu", on_compile=lambda: None):
         stage = Path(folder) / "motion.usdc"
         try:
             plan = cell.variation.plan(scene, meshes, make)
             simulation = cell.variation.simulation(plan)
         except InputError as error:
-            return _without(cell, refused=str(error))
+            return without(cell, refused=str(error))
         end = _record(plan, simulation, stage, cell.seconds or plan.seconds, limit, ends)
         if end.late and limit is not None:
-            return _without(cell, limit=limit)
+            return without(cell, limit=limit)
         if end.broken:
-            return _without(cell, failures=(end.broken,))
-        take = turned_back(read_take(stage), cell.variation.turn)
+            return without(cell, failures=(end.broken,))
+        return measured(cell, plan, stage)
+
+
+def measured(cell: Cell, plan: ScenePlan, stage: Path) -> VariationOutcome:
+    """What the whole stage of a run says of it."""
+    scene, variation = cell.name
+    take = turned_back(read_take(stage), cell.variation.turn)
     findings = examine(scene, RecordedMotion(take, plan.scene.character))
     return VariationOutcome(
         scene=scene,
@@ -62,7 +68,7 @@ def run(
     )
 
 
-def _without(
+def without(
     cell: Cell,
     *,
     failures: tuple[str, ...] = (),
@@ -108,9 +114,12 @@ def _record(
                     return _End(broken=f"falls at {frame.time:.2f} s")
                 if limit is not None and time.monotonic() - begun > limit:
                     return _End(late=True)
-        except NotFiniteError as error:
-            return _End(broken=f"breaks off at {error.time:.2f} s")
-        except InputError:
-            # a plan refuses numbers that are not finite before the next step does
-            return _End(broken=f"breaks off at {simulation.time:.2f} s")
+        except (NotFiniteError, InputError) as error:
+            return _End(broken=broken_off(error, simulation))
     return _End()
+
+
+def broken_off(error: SoftBodyError, simulation: Simulation) -> str:
+    """When an error ended a run; a plan refuses numbers before the next step does."""
+    time = error.time if isinstance(error, NotFiniteError) else simulation.time
+    return f"breaks off at {time:.2f} s"

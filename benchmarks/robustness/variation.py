@@ -68,9 +68,13 @@ class Variation:
         Raises:
             InputError: the engine refuses this combination.
         """
-        options = SimulationOptions(**{**self.options, "time_step": plan.time_step})
-        fps = min(FPS, 1.0 / plan.time_step)
+        options, fps = self.settings_of(plan)
         return Simulation(plan.scene, plan.controller, options=options, fps=fps)
+
+    def settings_of(self, plan: ScenePlan) -> tuple[SimulationOptions, float]:
+        """Options of the engine and frames a second with which a plan is run."""
+        options = SimulationOptions(**{**self.options, "time_step": plan.time_step})
+        return options, min(FPS, 1.0 / plan.time_step)
 
     def cost(self, scene: str) -> float:
         """About how many tets are assembled in all steps; only their order matters."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +19,11 @@ from benchmarks.gains.evolution import minimise
 from benchmarks.gains.family import family
 from benchmarks.gains.journal import TrialJournal
 from benchmarks.gains.search import Draw, FamilySearch
-from benchmarks.gains.trials import Fall, Trial, family_cost, make_trial, missing, trial_cost
+from benchmarks.gains.trials import Fall, Trial, family_cost, make_trials, missing, trial_cost
 from benchmarks.motions.criteria import CRITERIA, SOUND
 from benchmarks.motions.criterion import Criterion, below
+from benchmarks.robustness.outcomes import Cell
+from benchmarks.robustness.runs import run
 from benchmarks.robustness.variation import Variation
 from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
@@ -75,14 +77,21 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, str]]:
     asked: list[tuple[float, str]] = []
 
     def made(
-        scene: str, gains: Mapping[str, float], member: Variation, seconds: object, meshes: object
-    ) -> Trial:
+        scene: str,
+        candidates: Sequence[Mapping[str, float]],
+        member: Variation,
+        seconds: object,
+        meshes: object,
+    ) -> list[Trial]:
+        return [one(gains, member) for gains in candidates]
+
+    def one(gains: Mapping[str, float], member: Variation) -> Trial:
         asked.append((gains["position"], member.name))
         if member.name == "dt x 2":
             return Trial(values={}, lasted=6.0 - abs(gains["position"] - 4.0) / 2.0)
         return Trial(values={name: one.bound for name, one in BOUNDS.items()}, lasted=6.0)
 
-    monkeypatch.setattr(searching, "make_trial", made)
+    monkeypatch.setattr(searching, "make_trials", made)
     return asked
 
 
@@ -191,7 +200,9 @@ def test_members_join_variations_and_settings() -> None:
             family("balance-i", wrong)
 
 
-def test_a_member_is_run_with_its_gains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_candidates_are_run_together_with_their_gains(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A tenth of a second is over before the push; pushes are turned, gains and settings set."""
     seen: list[Simulation] = []
     build = Simulation.__init__
@@ -202,16 +213,32 @@ def test_a_member_is_run_with_its_gains(tmp_path: Path, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(Simulation, "__init__", kept)
     (member,) = family("balance-i", ["push=0.4 + side=90 + dt x 2"])
-    gains = {**CASE.shipped(), "material.young_modulus": 6e5}
-    trial = make_trial("balance-i", gains, member, 0.1, tmp_path)
-    assert set(trial.values) == set(BOUNDS)
-    assert trial.lasted == pytest.approx(0.1)
-    (simulation,) = seen
+    softer = {**CASE.shipped(), "material.young_modulus": 6e5}
+    both = make_trials("balance-i", [softer, CASE.shipped()], member, 0.1, tmp_path)
+    simulation, other = seen
+    for trial in both:
+        assert set(trial.values) == set(BOUNDS)
+        assert trial.lasted == pytest.approx(0.1)
     (push,) = simulation.model.scene.pushes
     weight = 9.81 * simulation.model.masses.sum()
     np.testing.assert_allclose(push.force, (0.0, 0.4 * weight, 0.0), rtol=1e-3, atol=1e-9)
     assert simulation.model.scene.character.material.young_modulus == 6e5
     assert simulation.model.options.time_step == pytest.approx(1.0 / 30.0)
+    assert other.model.scene.character.material.young_modulus != 6e5
+    # as if each were run alone
+    cell = Cell(scene="balance-i", variation=member, seconds=0.1)
+    alone = run(cell, tmp_path, make=lambda _, settings: CASE.plan(softer, settings))
+    assert alone.values == both[0].values
+
+
+def test_a_candidate_that_is_refused_leaves_the_others(
+    tmp_path: Path,
+) -> None:
+    (member,) = family("balance-i", ["as shipped"])
+    wrong = {**CASE.shipped(), "material.young_modulus": -1.0}
+    refused, made = make_trials("balance-i", [wrong, CASE.shipped()], member, 0.05, tmp_path)
+    assert refused == Trial(values={})
+    assert set(made.values) == set(BOUNDS)
 
 
 def test_a_body_that_lies_ends_its_run() -> None:
