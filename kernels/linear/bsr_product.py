@@ -5,9 +5,6 @@ is the sum of its blocks beside the diagonal times the differences of x across t
 this form a common velocity of the nodes costs no rounding at all, however stiff the body. Where x
 is ``before + change``, differences are taken of the two apart: rounding of a fast node's velocity
 would else be a strain.
-
-On processors the same is done in native code, a row of a block to a vector register, in the same
-order and to the same last bit.
 """
 
 from functools import cache
@@ -16,98 +13,6 @@ from types import SimpleNamespace
 import warp as wp
 
 from warp_softbody.kernels.precision import real
-
-# Sums of the products by their columns, then over a row, unfused like those of the plain functions;
-# nothing is read beyond a block or a vector. DIFFERENCE is that of x across the edge.
-ROW = """
-#pragma clang fp contract(off)
-    typedef SCALAR quad __attribute__((vector_size(4 * sizeof(SCALAR)), aligned(sizeof(SCALAR))));
-    const auto at = [](const SCALAR* x, int i) {
-        return quad{x[3 * i], x[3 * i + 1], x[3 * i + 2], 0};
-    };
-    OWN
-    quad y0 = {}, y1 = {}, y2 = {};
-    const int last = row_start.data[i + 1];
-    for (int k = row_start.data[i]; k < last; ++k) {
-        const int j = column.data[k];
-        const quad p = DIFFERENCE;
-        const SCALAR* A = (const SCALAR*)values.data + 9 * k;
-        const quad tail = *(const quad*)(A + 5);
-        y0 += *(const quad*)A * p;
-        y1 += *(const quad*)(A + 3) * p;
-        y2 += __builtin_shufflevector(tail, tail, 1, 2, 3, 3) * p;
-    }
-    SCALAR* y = (SCALAR*)result.data + 3 * i;
-    y[0] = y0[0] + y0[1] + y0[2];
-    y[1] = y1[0] + y1[1] + y1[2];
-    y[2] = y2[0] + y2[1] + y2[2];
-"""
-
-OF_ROW = ROW.replace("DIFFERENCE", "at(X, j) - own").replace(
-    "OWN", "const SCALAR* X = (const SCALAR*)x.data; const quad own = at(X, i);"
-)
-
-OF_SUM = ROW.replace("DIFFERENCE", "(at(X, j) - own) + (at(D, j) - own_change)").replace(
-    "OWN",
-    "const SCALAR *X = (const SCALAR*)before.data, *D = (const SCALAR*)change.data;"
-    "const quad own = at(X, i), own_change = at(D, i);",
-)
-
-
-@cache
-def make_native_rows(precision: str, subject: str) -> SimpleNamespace:
-    """``stiffness_of_row`` and ``stiffness_of_sum`` in native code, which write to ``work``."""
-    types = real(precision)
-    vec3, mat33 = types.vec3, types.mat33
-    func = types.func(subject)
-
-    @types.native(OF_ROW)
-    def write_row(
-        i: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        values: wp.array(dtype=mat33),
-        x: wp.array(dtype=vec3),
-        result: wp.array(dtype=vec3),
-    ): ...
-
-    @types.native(OF_SUM)
-    def write_sum(
-        i: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        values: wp.array(dtype=mat33),
-        before: wp.array(dtype=vec3),
-        change: wp.array(dtype=vec3),
-        result: wp.array(dtype=vec3),
-    ): ...
-
-    @func
-    def stiffness_of_row(
-        i: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        values: wp.array(dtype=mat33),
-        x: wp.array(dtype=vec3),
-        work: wp.array(dtype=vec3),
-    ):
-        write_row(i, row_start, column, values, x, work)
-        return work[i]
-
-    @func
-    def stiffness_of_sum(
-        i: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        values: wp.array(dtype=mat33),
-        before: wp.array(dtype=vec3),
-        change: wp.array(dtype=vec3),
-        work: wp.array(dtype=vec3),
-    ):
-        write_sum(i, row_start, column, values, before, change, work)
-        return work[i]
-
-    return SimpleNamespace(stiffness_of_row=stiffness_of_row, stiffness_of_sum=stiffness_of_sum)
 
 
 @cache
@@ -187,38 +92,3 @@ def make_rows(precision: str, subject: str) -> SimpleNamespace:
         stiffness_of_row=stiffness_of_row,
         stiffness_of_sum=stiffness_of_sum,
     )
-
-
-@cache
-def make_plain_rows(precision: str, subject: str) -> SimpleNamespace:
-    """The plain functions with the arguments of the native ones."""
-    types = real(precision)
-    vec3, mat33 = types.vec3, types.mat33
-    func = types.func(subject)
-    rows = make_rows(precision, subject)
-    one_row, whole_row = rows.stiffness_of_row, rows.stiffness_of_sum
-
-    @func
-    def stiffness_of_row(
-        i: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        values: wp.array(dtype=mat33),
-        x: wp.array(dtype=vec3),
-        work: wp.array(dtype=vec3),
-    ):
-        return one_row(i, row_start, column, values, x)
-
-    @func
-    def stiffness_of_sum(
-        i: int,
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
-        values: wp.array(dtype=mat33),
-        before: wp.array(dtype=vec3),
-        change: wp.array(dtype=vec3),
-        work: wp.array(dtype=vec3),
-    ):
-        return whole_row(i, row_start, column, values, before, change)
-
-    return SimpleNamespace(stiffness_of_row=stiffness_of_row, stiffness_of_sum=stiffness_of_sum)

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.linear.bsr_product import make_native_rows, make_plain_rows, make_rows
+from warp_softbody.kernels.linear.bsr_product import make_rows
 from warp_softbody.kernels.linear.codes import Scalar, VelocityConstraint
 from warp_softbody.kernels.linear.stopping import SUBJECT, make_stopping
 from warp_softbody.kernels.linear.structs import make_linear_structs
@@ -176,20 +176,15 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
 
 
 @cache
-def make_products(precision: str, native: bool) -> SimpleNamespace:
-    """Kernels ``residual`` and ``product``, with the rows of the matrix in native code or plain.
-
-    Both give the same results; the native ones are for processors.
-    """
+def make_products(precision: str) -> SimpleNamespace:
+    """Kernels ``residual`` and ``product``; ``product_lanes`` has the same in native code."""
     types = real(precision)
     vec3, mat33 = types.vec3, types.mat33
-    subject = f"{SUBJECT}_rows" if native else SUBJECT
-    kernel = types.kernel(subject)
+    kernel = types.kernel(SUBJECT)
     double_dot = make_stopping(precision).double_dot
     iteration = make_conjugate_gradients(precision)
     project, moved_square = iteration.project, iteration.moved_square
-    products = make_native_rows if native else make_plain_rows
-    row_products = products(precision, subject)
+    row_products = make_rows(precision, SUBJECT)
     stiffness_of_row = row_products.stiffness_of_row
     stiffness_of_sum = row_products.stiffness_of_sum
     structs = make_linear_structs(precision)
@@ -222,7 +217,7 @@ def make_products(precision: str, native: bool) -> SimpleNamespace:
             mass = rows.masses[i]
             damped = rows.damped_masses[i]
             inertia = damped * change[i] + (damped - mass) * before[i]
-            stiff = stiffness_of_sum(i, rows.row_start, rows.column, values, before, change, r)
+            stiff = stiffness_of_sum(i, rows.row_start, rows.column, values, before, change)
             value = right_side[i] - (inertia + stiff)
             value -= slip_stiffness[i] * (before[i] + change[i])
             value = project(constraints.kinds[i], constraints.axes[i], value)
@@ -255,7 +250,7 @@ def make_products(precision: str, native: bool) -> SimpleNamespace:
         inertia = wp.float64(0.0)
         for i in range(c * chunk, wp.min((c + 1) * chunk, p.shape[0])):
             own = rows.damped_masses[i] * p[i]
-            stiff = stiffness_of_row(i, rows.row_start, rows.column, values, p, q)
+            stiff = stiffness_of_row(i, rows.row_start, rows.column, values, p)
             stiff += slip_stiffness[i] * p[i]
             q[i] = project(constraints.kinds[i], constraints.axes[i], own + stiff)
             total += double_dot(p[i], stiff)

@@ -75,9 +75,11 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
         muscles = rig(muscular_bar(), muscles="implicit", native_code=native, time_step=0.01)
         muscles.step()
         ReducedDynamics(muscles.stepper).solve(np.ones((1, 3 * muscles.model.node_count)))
-    large = rig(muscular_bar(), preconditioner="two_level", time_step=0.01)
-    large.step()
-    ReducedDynamics(large.stepper).solve(np.ones((1, 3 * large.model.node_count)))
+    for native in (True, False):
+        options = {"preconditioner": "two_level", "native_code": native}
+        large = rig(muscular_bar(), time_step=0.01, **options)
+        large.step()
+        ReducedDynamics(large.stepper).solve(np.ones((1, 3 * large.model.node_count)))
     assert {key for key, _, _ in kernels()} - launched_kernels() == set()
 
 

@@ -97,10 +97,14 @@ def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
     return np.asarray(z + np.linalg.inv(lower.T) @ (identity - matrix @ z))
 
 
+@pytest.mark.parametrize("native", [True, False])
 @pytest.mark.parametrize("fixed", [(), FIXED])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_application_is_two_sweeps_around_a_correction(fixed: Any, precision: Precision) -> None:
-    body, matrix = assembled(MESH, fixed, precision=precision, **TWO_LEVEL)
+def test_application_is_two_sweeps_around_a_correction(
+    fixed: Any, precision: Precision, native: bool
+) -> None:
+    options = {"precision": precision, "native_code": native, **TWO_LEVEL}
+    body, matrix = assembled(MESH, fixed, **options)
     preconditioner = factor_of(body)
     assert isinstance(preconditioner, TwoLevel)
     free = np.eye(len(matrix))

@@ -10,6 +10,7 @@ from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.kernels.linear.pcg import make_conjugate_gradients, make_products
+from warp_softbody.kernels.linear.product_lanes import product_lanes_on
 from warp_softbody.kernels.linear.stopping import make_stopping
 from warp_softbody.kernels.linear.structs import make_linear_structs
 from warp_softbody.linear.preconditioner import Preconditioner
@@ -51,8 +52,9 @@ class ConjugateGradients:
         self._values = values
         self._preconditioner = preconditioner
         self._kernels = make_conjugate_gradients(types.name)
-        native = system.native_code and bool(wp.get_device(system.device).is_cpu)
-        self._products = make_products(types.name, native)
+        lanes = product_lanes_on(system.device, types.name) if system.native_code else None
+        self._products = lanes or make_products(types.name)
+        self._work = system.zeros(n, types.vec4) if lanes else None
         self._stopping = make_stopping(types.name)
         self._vectors = {name: system.zeros(n, types.vec3) for name in "rzpq"}
         self._sums = {
@@ -134,7 +136,11 @@ class ConjugateGradients:
             self._launch(k.direction, [system.chunk, self.scalars, v["z"]], [v["p"]])
             inputs = [system.chunk, self.rows, self._values, self.constraints]
             inputs += [slip_stiffness, v["p"]]
-            self._launch(self._products.product, inputs, [v["q"], s["pq"], s["pp"]])
+            outputs = [v["q"], s["pq"], s["pp"]]
+            if self._work is None:
+                self._launch(self._products.product, inputs, outputs)
+            else:
+                self._launch(self._products.product, inputs, [*outputs, self._work], dim=1)
             if constraints is not None:
                 constraints.finish_product(v["p"], v["q"], s["pq"])
             self._launch(k.add_up_curvature, [s["pq"], s["pp"]], [self.scalars], dim=1)

@@ -9,6 +9,7 @@ import warp as wp
 
 from warp_softbody.device.launching import launch
 from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.kernels.linear.sweep_lanes import sweep_lanes_on
 from warp_softbody.kernels.linear.two_level import make_two_level
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
 from warp_softbody.linear.block_ldlt import BlockFactor, Freedom
@@ -136,7 +137,11 @@ class TwoLevel:
         self._values = values
         self._node_rotations = node_rotations
         self._kernels = make_two_level(types.name)
+        lanes = sweep_lanes_on(system.device, types.name)
+        self._lanes = lanes if system.native_code else None
         self._pivot_inverse = system.zeros(n, types.mat33)
+        wide = [system.zeros(n if self._lanes else 0, types.vec4) for _ in range(2)]
+        self._swept, self._behind = wide
         self._right = system.zeros(size, types.vec3)
         self._motion = system.zeros(size, types.vec3)
         self._unturned = system.array(np.tile(np.eye(3), (size, 1, 1)), types.mat33)
@@ -192,12 +197,22 @@ class TwoLevel:
         """Launch result = P residual, (n,) vec3."""
         system, groups, k = self._system, self._aggregates, self._kernels
         rows, sweep, contact, aggregates = self._parts()
+        lanes, middle = self._lanes, [groups.aggregate_of, groups.offsets, *contact, self._motion]
+        if lanes is not None:
+            swept = [self._swept, self._behind]
+            self._launch(lanes.sweep_forward, 1, [*rows, *sweep, residual], swept)
+            inputs = [*aggregates, *contact, self._behind]
+            self._launch(lanes.restrict_residual, len(self._right) // 2, inputs, [self._right])
+            self._factor.solve(self._unturned, self._right, self._motion)
+            self._launch(lanes.prolong, system.node_count, middle, [self._swept])
+            inputs = [*rows, *sweep, residual, self._swept]
+            self._launch(lanes.sweep_backward, 1, inputs, [self._behind, result])
+            return
         self._launch(k.sweep_forward, 1, [*rows, *sweep, residual], [result])
         inputs = [*rows, *aggregates, self._values, *contact, result]
         self._launch(k.restrict, len(self._right) // 2, inputs, [self._right])
         self._factor.solve(self._unturned, self._right, self._motion)
-        inputs = [groups.aggregate_of, groups.offsets, *contact, self._motion]
-        self._launch(k.prolong, system.node_count, inputs, [result])
+        self._launch(k.prolong, system.node_count, middle, [result])
         self._launch(k.sweep_backward, 1, [*rows, *sweep, residual], [result])
 
     def apply_block(self, residual: Any, work: Any, result: Any) -> None:
