@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
         muscles.step()
         ReducedDynamics(muscles.stepper).solve(np.ones((1, 3 * muscles.model.node_count)))
     for native in (True, False):
-        options = {"preconditioner": "two_level", "native_code": native}
+        options: dict[str, Any] = {"preconditioner": "two_level", "native_code": native}
         large = rig(muscular_bar(), time_step=0.01, **options)
         large.step()
         ReducedDynamics(large.stepper).solve(np.ones((1, 3 * large.model.node_count)))
