@@ -15,7 +15,8 @@ from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
 from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
-from warp_softbody.kernels.elastic.rotation_lanes import GROUP, rotation_lanes_on
+from warp_softbody.kernels.elastic.lanes import GROUP
+from warp_softbody.kernels.elastic.rotation_lanes import rotation_lanes_on
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
 from warp_softbody.kernels.elastic.smoothed_volume import make_smoothed_volume
 from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent

@@ -13,7 +13,8 @@ from tests.verification.reference import polar_rotations
 from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.options import Precision
 from warp_softbody.kernels.elastic.corotated import make_elasticity
-from warp_softbody.kernels.elastic.rotation_lanes import GROUP, make_rotation_lanes
+from warp_softbody.kernels.elastic.lanes import GROUP
+from warp_softbody.kernels.elastic.rotation_lanes import make_rotation_lanes
 from warp_softbody.kernels.precision import real
 
 PRECISIONS: tuple[Precision, ...] = ("float32", "float64")
