@@ -4,7 +4,7 @@ Per tet: deformation gradient F = Ds Dm^-1, rotation R = closest_rotation(F), S 
 eps = sym(S) - I, first Piola-Kirchhoff stress P = R (2 mu eps + lambda tr(eps) I), nodal forces -V0
 P g_a with g_a the rest gradients of the shape functions. What belongs to a corner of a tet stands
 at slot 4 t + corner; corner 0 is minus the sum of the others, so the net force is zero by
-construction.
+construction. ``tet_lanes`` and ``gather_lanes`` have the same in native code.
 """
 
 from functools import cache
@@ -21,7 +21,7 @@ SUBJECT = "elasticity"
 
 @cache
 def make_elasticity(precision: str) -> SimpleNamespace:
-    """Kernels ``deform_tets``, ``stiffness_edges``, ``finish_nodes`` of a precision."""
+    """Function ``deform_tet``, and the kernels of a precision in the order of their launch."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
@@ -31,44 +31,23 @@ def make_elasticity(precision: str) -> SimpleNamespace:
     deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
     isotropic_block = tet.isotropic_block
 
-    @kernel
-    def find_deformations(
-        # model
-        tets: wp.array(dtype=wp.vec4i),
-        rest_inverse: wp.array(dtype=mat33),
-        # in
-        positions: wp.array(dtype=vec3),
-        # out
-        deformations: wp.array(dtype=mat33),
-    ):
-        t = wp.tid()
-        deformations[t] = deformation(tets[t], rest_inverse[t], positions)
-
-    @kernel
-    def deform_tets(
-        # model
+    @func
+    def deform_tet(
+        t: int,
         tets: wp.array(dtype=wp.vec4i),
         rest_inverse: wp.array(dtype=mat33),
         rest_volume: wp.array(dtype=scalar),
         lame: wp.array(dtype=scalar),
         muscular: int,
-        turned: int,
-        # in
         positions: wp.array(dtype=vec3),
-        # out
         rotations: wp.array(dtype=mat33),
         gradients: wp.array(dtype=vec3),
         area_rows: wp.array(dtype=mat33),
         forces: wp.array(dtype=vec3),
     ):
-        # area rows serve muscles alone; ``turned``: the rotations are known already
-        t = wp.tid()
-        corners = tets[t]
         B = rest_inverse[t]
-        F = deformation(corners, B, positions)
-        R = rotations[t]
-        if turned == 0:
-            R = closest_rotation(F)
+        F = deformation(tets[t], B, positions)
+        R = closest_rotation(F)
         Rt = wp.transpose(R)
         volume = rest_volume[t]
         rotations[t] = R
@@ -82,6 +61,30 @@ def make_elasticity(precision: str) -> SimpleNamespace:
             # rows: V0 cof(F) g_a, minus a third of the deformed, area-weighted outward normal
             # opposite to corner a
             area_rows[t] = volume * (B * wp.transpose(cofactor(F)))
+
+    @kernel
+    def deform_tets(
+        # model
+        tets: wp.array(dtype=wp.vec4i),
+        rest_inverse: wp.array(dtype=mat33),
+        rest_volume: wp.array(dtype=scalar),
+        lame: wp.array(dtype=scalar),
+        muscular: int,
+        # in
+        positions: wp.array(dtype=vec3),
+        # out
+        rotations: wp.array(dtype=mat33),
+        gradients: wp.array(dtype=vec3),
+        area_rows: wp.array(dtype=mat33),
+        forces: wp.array(dtype=vec3),
+    ):
+        # area rows serve muscles alone
+        # fmt: off
+        deform_tet(
+            wp.tid(), tets, rest_inverse, rest_volume, lame, muscular, positions, rotations,
+            gradients, area_rows, forces,
+        )
+        # fmt: on
 
     @kernel
     def stiffness_edges(
@@ -107,35 +110,6 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         values[slots[0]] = block
         values[slots[1]] = wp.transpose(block)
 
-    @func
-    def mean_turn(
-        i: int,
-        node_start: wp.array(dtype=int),
-        node_corners: wp.array(dtype=int),
-        rest_volume: wp.array(dtype=scalar),
-        rotations: wp.array(dtype=mat33),
-    ):
-        # of the tets around a node, not yet a rotation
-        turn = mat33()
-        for k in range(node_start[i], node_start[i + 1]):
-            t = node_corners[k] / 4
-            turn += rest_volume[t] * rotations[t]
-        return turn
-
-    @kernel
-    def mean_turns(
-        # model
-        node_start: wp.array(dtype=int),
-        node_corners: wp.array(dtype=int),
-        rest_volume: wp.array(dtype=scalar),
-        # in
-        rotations: wp.array(dtype=mat33),
-        # out
-        turns: wp.array(dtype=mat33),
-    ):
-        i = wp.tid()
-        turns[i] = mean_turn(i, node_start, node_corners, rest_volume, rotations)
-
     @kernel
     def rotate_nodes(
         # model
@@ -147,8 +121,12 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         # out
         node_rotations: wp.array(dtype=mat33),
     ):
+        # closest to the mean of the tets around a node
         i = wp.tid()
-        turn = mean_turn(i, node_start, node_corners, rest_volume, rotations)
+        turn = mat33()
+        for k in range(node_start[i], node_start[i + 1]):
+            t = node_corners[k] / 4
+            turn += rest_volume[t] * rotations[t]
         node_rotations[i] = closest_rotation(turn)
 
     @kernel
@@ -188,10 +166,9 @@ def make_elasticity(precision: str) -> SimpleNamespace:
         momentum[i] = mass[i] * velocities[i] + impulse
 
     return SimpleNamespace(
-        find_deformations=find_deformations,
+        deform_tet=deform_tet,
         deform_tets=deform_tets,
         stiffness_edges=stiffness_edges,
-        mean_turns=mean_turns,
         rotate_nodes=rotate_nodes,
         finish_nodes=finish_nodes,
     )

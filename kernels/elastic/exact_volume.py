@@ -21,39 +21,32 @@ SUBJECT = "exact_volume"
 
 @cache
 def make_exact_volume(precision: str) -> SimpleNamespace:
-    """Kernels ``deform_tets`` and ``stiffness_edges`` in place of those of linear elasticity."""
+    """``deform_tet``, ``deform_tets`` and ``stiffness_edges`` in place of linear elasticity's."""
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
-    kernel = types.kernel(SUBJECT)
+    kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     closest_rotation = make_rotation(precision, SUBJECT).closest_rotation
     tet = make_tets(precision, SUBJECT)
     deformation, cofactor, by_corner = tet.deformation, tet.cofactor, tet.by_corner
 
-    @kernel
-    def deform_tets(
-        # model
+    @func
+    def deform_tet(
+        t: int,
         tets: wp.array(dtype=wp.vec4i),
         rest_inverse: wp.array(dtype=mat33),
         rest_volume: wp.array(dtype=scalar),
         lame: wp.array(dtype=scalar),
         muscular: int,
-        turned: int,
-        # in
         positions: wp.array(dtype=vec3),
-        # out
         rotations: wp.array(dtype=mat33),
         gradients: wp.array(dtype=vec3),
         area_rows: wp.array(dtype=mat33),
         forces: wp.array(dtype=vec3),
         volume_gradients: wp.array(dtype=vec3),
     ):
-        t = wp.tid()
-        corners = tets[t]
         B = rest_inverse[t]
-        F = deformation(corners, B, positions)
-        R = rotations[t]
-        if turned == 0:
-            R = closest_rotation(F)
+        F = deformation(tets[t], B, positions)
+        R = closest_rotation(F)
         volume = rest_volume[t]
         root = wp.sqrt(volume)
         rotations[t] = R
@@ -65,6 +58,30 @@ def make_exact_volume(precision: str) -> SimpleNamespace:
         by_corner(4 * t, (-volume) * (scalar(2.0) * lame[0] * shear + swelling * areas), forces)
         if muscular != 0:
             area_rows[t] = volume * areas
+
+    @kernel
+    def deform_tets(
+        # model
+        tets: wp.array(dtype=wp.vec4i),
+        rest_inverse: wp.array(dtype=mat33),
+        rest_volume: wp.array(dtype=scalar),
+        lame: wp.array(dtype=scalar),
+        muscular: int,
+        # in
+        positions: wp.array(dtype=vec3),
+        # out
+        rotations: wp.array(dtype=mat33),
+        gradients: wp.array(dtype=vec3),
+        area_rows: wp.array(dtype=mat33),
+        forces: wp.array(dtype=vec3),
+        volume_gradients: wp.array(dtype=vec3),
+    ):
+        # fmt: off
+        deform_tet(
+            wp.tid(), tets, rest_inverse, rest_volume, lame, muscular, positions, rotations,
+            gradients, area_rows, forces, volume_gradients,
+        )
+        # fmt: on
 
     @kernel
     def stiffness_edges(
@@ -95,4 +112,6 @@ def make_exact_volume(precision: str) -> SimpleNamespace:
         values[slots[0]] = block
         values[slots[1]] = wp.transpose(block)
 
-    return SimpleNamespace(deform_tets=deform_tets, stiffness_edges=stiffness_edges)
+    return SimpleNamespace(
+        deform_tet=deform_tet, deform_tets=deform_tets, stiffness_edges=stiffness_edges
+    )

@@ -51,7 +51,7 @@ def make_rotation_lanes(precision: str) -> SimpleNamespace:
     closest_rotation = make_rotation(precision, SUBJECT).closest_rotation
     group_size = wp.constant(GROUP)
 
-    @types.native(prelude(precision, types.tiny) + ROTATE)
+    @types.native(prelude(precision) + ROTATE)
     def rotate_group(group: int, matrices: wp.array(dtype=mat33), odd: wp.array(dtype=int)): ...
 
     @kernel

@@ -15,12 +15,14 @@ from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
 from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
+from warp_softbody.kernels.elastic.gather_lanes import gather_lanes_on
 from warp_softbody.kernels.elastic.lanes import GROUP
 from warp_softbody.kernels.elastic.rotation_lanes import rotation_lanes_on
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
 from warp_softbody.kernels.elastic.smoothed_volume import make_smoothed_volume
 from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent
 from warp_softbody.kernels.elastic.tangent_lanes import make_tangent_lanes
+from warp_softbody.kernels.elastic.tet_lanes import tet_lanes_on
 from warp_softbody.kernels.elastic.volume_tangent import make_volume_tangent
 
 
@@ -30,6 +32,11 @@ class Phase:
 
     count: int
     launch: Callable[[int, int], None]
+
+
+def groups(count: int) -> int:
+    """Groups of items that native code takes side by side."""
+    return -(-count // GROUP)
 
 
 class Assembly:
@@ -60,18 +67,22 @@ class Assembly:
         self.node_rotations = model.zeros(n, types.mat33)
         self.impulses = model.zeros(n, types.vec3)
         self.momentum = model.zeros(n, types.vec3)
-        lanes = rotation_lanes_on(options.device, options.precision)
-        self._lanes = lanes if options.native_code else None
+        where = (options.device, options.precision)
+        native = options.native_code
+        self._lanes = rotation_lanes_on(*where) if native else None
+        self._tet_lanes = tet_lanes_on(*where) if native else None
+        self._gather_lanes = gather_lanes_on(*where) if native else None
         # of every group of matrices that are turned side by side; no two threads share one
         self._edge_count = len(model.topology.edge_slots)
         most = max(m, n, self._edge_count)
         self._odd = model.zeros(most if self._lanes else 0, wp.int32)
-        self._gradients = model.zeros(4 * m, types.vec3)
-        self._forces = model.zeros(4 * m, types.vec3)
+        # one more than there are: native code reads vectors of three as four numbers
+        self._gradients = model.zeros(4 * m + 1, types.vec3)
+        self._forces = model.zeros(4 * m + 1, types.vec3)
         self._exact_volume: Any = None
         if any(part.material.volume == "exact" for part in model.materials):
             self._exact_volume = make_exact_volume(options.precision)
-            self._volume_gradients = model.zeros(4 * m, types.vec3)
+            self._volume_gradients = model.zeros(4 * m + 1, types.vec3)
         self._tangent: Any = None
         self._smoothing: Any = None
         if options.tangent != "warped":
@@ -163,28 +174,25 @@ class Assembly:
 
     def _tets(self, positions: Any, first: int, last: int) -> None:
         for part, a, b in self._by_body("tets", first, last):
-            if self._lanes is not None:
-                tets, rest_inverse, _ = self._body(a, b)
-                outputs = [self.rotations[a:b]]
-                kernel = self._elasticity.find_deformations
-                self._launch(kernel, a, b, [tets, rest_inverse, positions], outputs)
-                self._rotate(self.rotations, a, b)
-            turned = int(self._lanes is not None)
-            inputs = [*self._body(a, b), part.lame, self._muscular, turned, positions]
+            inputs = [*self._body(a, b), part.lame, self._muscular, positions]
             corners = slice(4 * a, 4 * b)
             outputs = [self.rotations[a:b], self._gradients[corners], self._areas(a, b)]
             outputs.append(self._forces[corners])
-            elasticity = self._elasticity
-            if part.material.volume == "exact":
-                elasticity = self._exact_volume
+            exact, lanes = part.material.volume == "exact", self._tet_lanes
+            if exact:
                 outputs.append(self._volume_gradients[corners])
-            self._launch(elasticity.deform_tets, a, b, inputs, outputs)
+            if lanes is not None:
+                kernel = lanes.deform_exact if exact else lanes.deform_linear
+                self._launch(kernel, 0, groups(b - a), inputs, [*outputs, self._odd[a:b]])
+                continue
+            plain = self._exact_volume if exact else self._elasticity
+            self._launch(plain.deform_tets, a, b, inputs, outputs)
 
     def _rotate(self, matrices: Any, a: int, b: int) -> None:
         """Turn matrices into the rotations closest to them."""
         if self._lanes is not None:
-            groups = -(-(b - a) // GROUP)
-            self._launch(self._lanes.rotate, 0, groups, [], [matrices[a:b], self._odd[a:b]])
+            outputs = [matrices[a:b], self._odd[a:b]]
+            self._launch(self._lanes.rotate, 0, groups(b - a), [], outputs)
 
     def _deform(self, positions: Any, a: int, b: int) -> None:
         inputs = [*self._body(a, b), self._muscular, positions]
@@ -250,14 +258,16 @@ class Assembly:
             self._launch(kernel, a, b, inputs, [self.values])
 
     def _edges(self, first: int, last: int) -> None:
+        lanes = self._gather_lanes
         for part, a, b in self._by_body("edges", first, last):
             if part.material.volume == "exact":
-                kernel = self._exact_volume.stiffness_edges
+                kernel = self._exact_volume.stiffness_edges if lanes is None else lanes.exact_edges
                 self._each_edge(kernel, a, b, self._volume_gradients)
             elif self._smoothing is not None:
                 self._each_edge(self._smoothing.smoothed_edges, a, b, self._turned_gradients)
             else:
-                self._each_edge(self._elasticity.stiffness_edges, a, b)
+                kernel = self._elasticity.stiffness_edges if lanes is None else lanes.linear_edges
+                self._each_edge(kernel, a, b)
 
     def _couple(self, positions: Any, first: int, last: int) -> None:
         for part, a, b in self._by_body("tets", first, last):
@@ -271,8 +281,7 @@ class Assembly:
                 continue
             if self._tangent_lanes is not None:
                 inputs = [*body, *now]
-                groups = -(-(b - a) // GROUP)
-                self._launch(self._tangent_lanes.couple_tets, 0, groups, inputs, outputs)
+                self._launch(self._tangent_lanes.couple_tets, 0, groups(b - a), inputs, outputs)
                 continue
             # the conserving tangent adds to the shear alone, whatever resists the volume
             inputs = [*body, self._tangent_kind, *now]
@@ -298,13 +307,14 @@ class Assembly:
             step = [arrays.masses.mass[a:b], arrays.step.gravity, part.step_factors]
             inputs = [*around, *rows, *step, velocities[a:b], self._forces]
             outputs = [self.values, self.impulses[a:b], self.momentum[a:b]]
-            self._launch(self._elasticity.finish_nodes, a, b, inputs, outputs)
+            nodes = self._gather_lanes or self._elasticity
+            self._launch(nodes.finish_nodes, a, b, inputs, outputs)
 
     def _turn_nodes(self, inputs: list[Any], a: int, b: int) -> None:
         """Launch the rotations closest to the means over the tets around nodes."""
         outputs = [self.node_rotations[a:b]]
-        if self._lanes is None:
+        if self._gather_lanes is None:
             self._launch(self._elasticity.rotate_nodes, a, b, inputs, outputs)
             return
-        self._launch(self._elasticity.mean_turns, a, b, inputs, outputs)
+        self._launch(self._gather_lanes.mean_turns, a, b, inputs, outputs)
         self._rotate(self.node_rotations, a, b)

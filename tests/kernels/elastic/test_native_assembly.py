@@ -1,4 +1,4 @@
-"""Native code of smoothed elements and implicit muscles against the plain kernels."""
+"""Native code of elements and implicit muscles against the plain kernels."""
 
 from __future__ import annotations
 
@@ -31,6 +31,66 @@ def same(native: list[Any], plain: list[Any], precision: Precision) -> None:
     for found, expected in zip(native, plain, strict=True):
         bound = 256 * epsilon(precision) * np.abs(expected).max()
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=bound)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("amount", [0.08, 0.8])
+@pytest.mark.parametrize("volume", ["exact", "linear"])
+def test_linear_elements(volume: Any, amount: float, precision: Precision) -> None:
+    """Also of a body of which every third tet is inverted; the letter has muscles of both kinds."""
+    options: dict[str, Any] = {"elements": "linear", "tangent": "warped", "precision": precision}
+    options |= {"material": Material(volume=volume), "amount": amount}
+    mesh = box((3, 3, 3), jitter=0.2)
+    found = [assembled(mesh, native_code=native, **options) for native in (True, False)]
+    same(found[0], found[1], precision)
+
+
+def test_area_rows_of_explicit_muscles() -> None:
+    rows = []
+    for native in (True, False):
+        body = rig(muscular_bar(), muscles="explicit", native_code=native, time_step=0.01)
+        body.place(crumpled(body.model.body.mesh, amount=0.08))
+        body.stepper.assemble(body.state)
+        rows.append(numbers(body.stepper.assembly.area_rows))
+    same(rows[:1], rows[1:], "float32")
+
+
+@pytest.mark.parametrize("volume", ["exact", "linear"])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_flat_and_lost_tets_leave_those_beside_them_alone(
+    precision: Precision, volume: Any
+) -> None:
+    """A node that stands nowhere spoils its own tets; one in the plane of a face flattens them."""
+    mesh = box((3, 3, 3), jitter=0.2)
+    options: dict[str, Any] = {"precision": precision, "time_step": 0.01}
+    options |= {"material": Material(volume=volume)}
+    spoiled = []
+    for native in (True, False):
+        body = rig(mesh, native_code=native, **options)
+        points = crumpled(mesh, amount=0.08)
+        flat, lost = mesh.tets[40], mesh.tets[7][0]
+        points[flat[0]] = points[flat[1:]].mean(axis=0)
+        points[lost] = np.nan
+        body.place(points)
+        body.stepper.assemble(body.state)
+        spoiled.append(numbers(body.stepper.assembly.impulses))
+    around = np.unique(mesh.tets[(mesh.tets == mesh.tets[7][0]).any(axis=1)])
+    beside = np.setdiff1d(np.arange(len(mesh.points)), around)
+    for impulses in spoiled:
+        assert np.isnan(impulses[around]).all(axis=1).all() and np.isfinite(impulses[beside]).all()
+    same([spoiled[0][beside]], [spoiled[1][beside]], precision)
+
+
+@pytest.mark.parametrize("volume", ["exact", "linear"])
+def test_any_number_of_threads_gives_the_same_bits(volume: Any) -> None:
+    mesh = box((3, 3, 3), jitter=0.2)
+    found = [
+        assembled(mesh, amount=0.8, material=Material(volume=volume), threads=threads)
+        for threads in (1, 2, 3)
+    ]
+    for others in found[1:]:
+        for own, other in zip(found[0], others, strict=True):
+            np.testing.assert_array_equal(own, other)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

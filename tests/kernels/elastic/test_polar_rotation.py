@@ -52,7 +52,6 @@ def kernel_rotations(F: FloatArray, precision: Precision) -> FloatArray:
             wp.array(np.ones(count), dtype=types.scalar, device="cpu"),
             wp.array([1.0, 1.0], dtype=types.scalar, device="cpu"),
             0,  # no muscles
-            0,  # rotations are to be found
             wp.array(positions.reshape(-1, 3), dtype=types.vec3, device="cpu"),
         ],
         outputs=out,
