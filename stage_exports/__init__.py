@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from warp_softbody.stage_exports.pictures.sheet import draw_take, take_bounds
     from warp_softbody.stage_exports.usd.chunks import recover
     from warp_softbody.stage_exports.usd.reader import Take, body_names, read_take
+    from warp_softbody.stage_exports.usd.skin_files import read_skin
     from warp_softbody.stage_exports.usd.validation import validate
     from warp_softbody.stage_exports.usd.writer import StageWriter
 
@@ -29,6 +30,7 @@ _HOMES = {
     "draw_picture": "pictures.picture",
     "draw_take": "pictures.sheet",
     "measure": "measures",
+    "read_skin": "usd.skin_files",
     "read_take": "usd.reader",
     "recover": "usd.chunks",
     "reversals": "measures",
@@ -46,6 +48,7 @@ __all__ = [
     "draw_picture",
     "draw_take",
     "measure",
+    "read_skin",
     "read_take",
     "recover",
     "reversals",

@@ -47,8 +47,7 @@ class Camera:
     @classmethod
     def looking(cls, aim: FloatArray, distance: float) -> Camera:
         """A camera that looks at a point (3,) m from so far along the usual direction."""
-        forward = _forward()
-        return cls(eye=aim - distance * forward, forward=forward)
+        return cls(eye=aim - distance * _FORWARD, forward=_FORWARD)
 
     @staticmethod
     def distance(
@@ -58,17 +57,9 @@ class Camera:
 
         The picture is ``aspect`` times as wide as high and reaches ``margin`` times as far.
         """
-        forward = _forward()
-        right, up = picture_axes(forward)
-        choose = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-        corners = np.where(choose == 0, low, high) - aim
-        slope = np.tan(np.radians(VERTICAL_FIELD) / 2.0)
-        reach = np.maximum(np.abs(corners @ right) / aspect, np.abs(corners @ up)) * margin / slope
-        return float(np.max(reach - corners @ forward))
-
-
-def _forward() -> FloatArray:
-    return np.asarray(np.array(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION))
+        across, above, ahead = _AXES @ (np.where(_CORNERS, high, low) - aim).T
+        reach = np.maximum(np.abs(across) / aspect, np.abs(above)) * (margin / _SLOPE)
+        return float((reach - ahead).max())
 
 
 def picture_axes(forward: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -76,6 +67,12 @@ def picture_axes(forward: FloatArray) -> tuple[FloatArray, FloatArray]:
     right = np.cross(forward, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
     return right, np.cross(right, forward)
+
+
+_FORWARD = np.asarray(np.array(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION))
+_AXES = np.stack([*picture_axes(_FORWARD), _FORWARD])
+_CORNERS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T == 1
+_SLOPE = float(np.tan(np.radians(VERTICAL_FIELD) / 2.0))
 
 
 def start_box(points: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -23,7 +23,7 @@ SKY = f"{WORLD}/Sky"
 MATERIALS = f"{WORLD}/Materials"
 PHYSICS = f"{WORLD}/Physics"
 
-TRANSFORM = "xformOp:transform"
+TRANSLATION = "xformOp:translate"
 
 SKIN = "Skin"
 TETS = "Tets"
@@ -31,8 +31,16 @@ FIBERS = "Fibers"
 CONTACTS = "Contacts"
 PATCHES = "Patches"
 
+SURFACE, TEXTURE = "Surface", "Texture"
+"""Shaders of a material."""
+
+TEXTURE_PLACES = "primvars:st"
+TEXTURE_CORNERS = f"{TEXTURE_PLACES}:indices"
+
 REST = "primvars:rest"
 VELOCITY = "primvars:velocity"
+DISPLAY_COLOR = "primvars:displayColor"
+COLOR_INDICES = f"{DISPLAY_COLOR}:indices"
 ACTIVATION = "primvars:activation"
 CONTACT_MODE = "primvars:mode"
 CONTACT_FORCE = "primvars:force"

@@ -1,7 +1,8 @@
 """Skins are cut along sharp edges, so that any viewer draws these sharp and all else smooth.
 
-Viewers average the normals of the faces around a point. Where faces meet at more than a crease's
-angle at rest, each side therefore gets a point of its own; the cut is made once for a take.
+Stages leave normals to viewers, which average those of the faces around a point. Where faces meet
+at more than a crease's angle at rest, each side therefore gets a point of its own; the cut is made
+once for a take.
 """
 
 from __future__ import annotations
@@ -74,15 +75,9 @@ def _unit_normals(points: FloatArray, faces: IntArray) -> FloatArray:
     return np.asarray(np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0))
 
 
-def point_normals(faces: IntArray, points: FloatArray) -> FloatArray:
-    """(k, 3) unit normals of a surface's points, faces counted by their areas; z where none is."""
-    a, b, c = (points[faces[:, corner]] for corner in range(3))
-    area = np.cross(b - a, c - a)
-    corners = faces.reshape(-1)
-    repeated = np.repeat(area, 3, axis=0)
-    summed = np.stack(
-        [np.bincount(corners, repeated[:, axis], len(points)) for axis in range(3)], axis=1
-    )
-    length = np.linalg.norm(summed, axis=1, keepdims=True)
-    upward = np.broadcast_to([0.0, 0.0, 1.0], summed.shape)
-    return np.asarray(np.divide(summed, length, out=upward.copy(), where=length > 0.0))
+def rim(faces: IntArray) -> IntArray:
+    """Points, ascending, of edges that only one triangle of (f, 3) has."""
+    heads, tails = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
+    edges = np.stack([np.minimum(heads, tails), np.maximum(heads, tails)], axis=1)
+    alone, counts = np.unique(edges, axis=0, return_counts=True)
+    return np.unique(alone[counts == 1]).astype(np.int32)

@@ -15,6 +15,9 @@ GROUND_DARK = (0.30, 0.32, 0.34)
 _CONTRACTION = np.array([0.0, 0.15, 0.5])
 _COLORS = np.array([[0.86, 0.80, 0.62], [0.16, 0.62, 0.78], [0.02, 0.05, 0.42]])
 
+_STEPS = 64
+"""Of activations, that stages tell apart by colour."""
+
 # Lift, stick, slide, by the value of ContactMode.
 _MODES = np.array([[0.60, 0.60, 0.60], [0.10, 0.60, 0.15], [0.95, 0.45, 0.05]])
 
@@ -26,6 +29,18 @@ def activation_colors(activations: npt.ArrayLike) -> FloatArray:
     return np.stack(channels, axis=-1)
 
 
-def mode_colors(modes: npt.ArrayLike) -> FloatArray:
-    """(k, 3) colours of contacts by ContactMode."""
-    return np.asarray(_MODES[np.asarray(modes, dtype=np.int64)])
+def activation_palette() -> FloatArray:
+    """(64, 3) colours of equal steps from slack to fully contracted."""
+    return activation_colors(np.linspace(1.0, 0.5, _STEPS))
+
+
+def activation_steps(activations: npt.ArrayLike) -> npt.NDArray[np.int32]:
+    """(s,) places in the palette of activations."""
+    contraction = 1.0 - np.asarray(activations, dtype=np.float64)
+    share = np.clip(contraction / 0.5, 0.0, 1.0)
+    return np.asarray(np.rint(share * (_STEPS - 1)), dtype=np.int32)
+
+
+def mode_palette() -> FloatArray:
+    """(3, 3) colours of contacts by ContactMode."""
+    return np.array(_MODES, dtype=np.float64)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from warp_softbody.body.material import Material
     from warp_softbody.body.mesh import TetMesh
     from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+    from warp_softbody.body.skin import Skin, SkinMaterial
     from warp_softbody.contact_mode import ContactMode
     from warp_softbody.controllers.control_options import ControlOptions
     from warp_softbody.engine.model import Model, build_model
@@ -65,6 +66,8 @@ _NAMES = {
     "Scene": "world.scene",
     "Simulation": "run.simulation",
     "SimulationOptions": "engine.options",
+    "Skin": "body.skin",
+    "SkinMaterial": "body.skin",
     "StageWriter": "stage_exports",
     "State": "engine.state",
     "Stepper": "engine.stepper",
@@ -101,6 +104,8 @@ __all__ = [
     "Scene",
     "Simulation",
     "SimulationOptions",
+    "Skin",
+    "SkinMaterial",
     "StageWriter",
     "State",
     "Stepper",

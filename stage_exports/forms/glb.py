@@ -16,8 +16,10 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.atomic_files import replacing
+from warp_softbody.body.skin import SkinMaterial
 from warp_softbody.errors import MissingExtraError, OutputError
 from warp_softbody.stage_exports.forms.components import components_of
+from warp_softbody.stage_exports.forms.textured import Textured
 from warp_softbody.stage_exports.usd.reader import Take
 
 TOLERANCE = 2e-4
@@ -87,15 +89,23 @@ class _Document:
         middles = take.skin_points.mean(axis=1)
         size = float(np.ptp(take.skin_rest, axis=0).max())
         parts = components_of(take.skin_points - middles[:, None], TOLERANCE * size)
-        primitive = self._lib.Primitive(
-            attributes=self._lib.Attributes(POSITION=self._positions(parts.base)),
-            indices=self._accessor(take.skin_faces.reshape(-1), "SCALAR"),
-            material=len(self._gltf.materials),
-            targets=[{"POSITION": self._positions(one)} for one in parts.targets],
-        )
-        self._gltf.materials.append(self._material(take))
         weights = parts.weights[0].tolist()
-        mesh = self._lib.Mesh(name=take.name, primitives=[primitive], weights=weights)
+        mesh = self._lib.Mesh(name=take.name, primitives=[], weights=weights)
+        shown = Textured.of(take)
+        targets = [{"POSITION": self._positions(one[shown.points])} for one in parts.targets]
+        attributes = self._lib.Attributes(POSITION=self._positions(parts.base[shown.points]))
+        if shown.places is not None:
+            attributes.TEXCOORD_0 = self._accessor(shown.places, "VEC2")
+        for faces, material in shown.parts:
+            mesh.primitives.append(
+                self._lib.Primitive(
+                    attributes=attributes,
+                    indices=self._accessor(faces.reshape(-1), "SCALAR"),
+                    material=len(self._gltf.materials),
+                    targets=targets,
+                )
+            )
+            self._gltf.materials.append(self._material(take, material))
         node = self._lib.Node(
             name=take.name, mesh=len(self._gltf.meshes), translation=middles[0].tolist()
         )
@@ -115,11 +125,34 @@ class _Document:
         animation.samplers.append(sampler)
         animation.channels.append(channel)
 
-    def _material(self, take: Take) -> Any:
+    def _material(self, take: Take, given: SkinMaterial | None) -> Any:
+        """The body's colour, or a material of its own skin."""
+        if given is None:
+            given = SkinMaterial(name=take.name, color=take.color, roughness=0.45)
         surface = self._lib.PbrMetallicRoughness(
-            baseColorFactor=[*take.color, 1.0], metallicFactor=0.0, roughnessFactor=0.45
+            baseColorFactor=[*given.color, given.opacity],
+            metallicFactor=0.0,
+            roughnessFactor=given.roughness,
         )
-        return self._lib.Material(name=take.name, pbrMetallicRoughness=surface)
+        if given.texture:
+            # the texture stands in the colour's place
+            surface.baseColorFactor = [1.0, 1.0, 1.0, given.opacity]
+            surface.baseColorTexture = self._lib.TextureInfo(index=self._texture(given))
+        blended = "BLEND" if given.opacity < 1.0 else "OPAQUE"
+        return self._lib.Material(name=given.name, pbrMetallicRoughness=surface, alphaMode=blended)
+
+    def _texture(self, given: SkinMaterial) -> int:
+        kind = "image/png" if given.texture_ending == ".png" else "image/jpeg"
+        view = self._lib.BufferView(
+            buffer=0, byteOffset=len(self._data), byteLength=len(given.texture)
+        )
+        # what follows begins at a multiple of four
+        self._data += given.texture + bytes(-len(given.texture) % 4)
+        image = self._lib.Image(bufferView=len(self._gltf.bufferViews), mimeType=kind)
+        self._gltf.bufferViews.append(view)
+        self._gltf.textures.append(self._lib.Texture(source=len(self._gltf.images)))
+        self._gltf.images.append(image)
+        return len(self._gltf.textures) - 1
 
     def _positions(self, points: FloatArray) -> int:
         return self._accessor(points, "VEC3", bounds=True)

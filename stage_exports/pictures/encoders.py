@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from warp_softbody.errors import MissingExtraError
-from warp_softbody.stage_exports.pictures.picture import imageio
+from warp_softbody.stage_exports.pictures.libraries import imageio
 from warp_softbody.stage_exports.pictures.render import Image
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from warp_softbody.atomic_files import replacing
-from warp_softbody.errors import InputError, MissingExtraError, OutputError
+from warp_softbody.errors import InputError, OutputError
 from warp_softbody.inputs import checks
 from warp_softbody.stage_exports.bodies import staged_bodies
 from warp_softbody.stage_exports.camera import Camera, start_box
 from warp_softbody.stage_exports.conventions import checked_target
+from warp_softbody.stage_exports.pictures.libraries import imageio
 from warp_softbody.stage_exports.pictures.render import Image, Renderer
 from warp_softbody.stage_exports.pictures.subject import Pose, Subject
 from warp_softbody.world.frame import Frame
@@ -65,14 +65,3 @@ def save_png(target: Path, image: Image) -> None:
     except OSError as error:
         cause = error.strerror or error
         raise OutputError(f"{str(target)!r} could not be written: {cause}") from error
-
-
-def imageio() -> Any:
-    """The imageio package, or one sentence on where to get it."""
-    try:
-        import imageio.v2
-    except ImportError as error:
-        raise MissingExtraError(
-            "pictures need imageio, which is not installed: pip install 'warp-softbody[view]'"
-        ) from error
-    return imageio.v2

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.stage_exports.camera import Camera
+from warp_softbody.stage_exports.pictures.albedo import Albedo
 from warp_softbody.stage_exports.pictures.floor import BACKDROP, FloorLight, FloorRays
 from warp_softbody.stage_exports.pictures.skin import LitBody
 from warp_softbody.stage_exports.pictures.subject import Pose, Subject
@@ -30,6 +31,7 @@ class Renderer:
         self._subject = subject
         self._width, self._height = size
         self._normals = CornerNormals(subject.rest, subject.faces)
+        self._albedo = Albedo(subject.colors, subject.face_bodies, subject.skins)
         self._floor = None
         if subject.ground is not None:
             self._floor = make_floor(subject.ground, subject.rest, subject.size)
@@ -45,7 +47,7 @@ class Renderer:
 
     def draw(self, pose: Pose) -> Image:
         """(height, width, 3) picture in sRGB, 8 bits a channel."""
-        body = LitBody(self._subject, self._normals, pose)
+        body = LitBody(self._subject, self._albedo, self._normals, pose)
         light = None if self._floor is None else FloorLight(self._floor, body.caster, pose.skin)
         color = _floor_colors(light, self._rays, len(self._directions))
         near = self._around(pose)

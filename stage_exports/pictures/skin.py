@@ -8,6 +8,7 @@ from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.stage_exports.conventions import IntArray
 from warp_softbody.stage_exports.palette import activation_colors
 from warp_softbody.stage_exports.pictures import lighting
+from warp_softbody.stage_exports.pictures.albedo import Albedo
 from warp_softbody.stage_exports.pictures.raycast import Caster, Hits
 from warp_softbody.stage_exports.pictures.subject import Pose, Subject
 from warp_softbody.stage_exports.pictures.surface import (
@@ -27,9 +28,12 @@ _CLEARNESS = 0.15
 class LitBody:
     """A pose with its light, ready to be seen from anywhere."""
 
-    def __init__(self, subject: Subject, normals: CornerNormals, pose: Pose) -> None:
+    def __init__(
+        self, subject: Subject, albedo: Albedo, normals: CornerNormals, pose: Pose
+    ) -> None:
         """Build the search trees and gather the sky's light."""
         self._subject = subject
+        self._albedo = albedo
         self.caster = Caster(pose.skin, subject.faces)
         self._corner_normals = normals.at(pose.skin)
         self._flat_normals = normalized(face_normals(pose.skin, subject.faces))
@@ -92,7 +96,7 @@ class LitBody:
         sun *= np.maximum(0.0, normal @ lighting.SUN)
         rim = 0.15 * (1.0 - np.abs(np.einsum("ri,ri->r", normal, directions))) ** 4
         light = sun[:, None] * lighting.SUN_COLOR + sky
-        color = self._subject.colors[self._subject.face_bodies[hits.face]] * light
+        color = self._albedo.at(hits) * light
         return np.asarray(color + shine[:, None] * lighting.SUN_COLOR + rim[:, None] * sky)
 
     def _fiber_shades(self, hits: Hits, directions: FloatArray) -> FloatArray:

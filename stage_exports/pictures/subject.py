@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.skin import Skin
 from warp_softbody.stage_exports.bodies import StagedBody, check_fits
 from warp_softbody.stage_exports.conventions import IntArray
 from warp_softbody.stage_exports.usd.reader import Take
@@ -17,12 +18,13 @@ from warp_softbody.world.ground import Ground
 
 
 class Shape(NamedTuple):
-    """One body: skin points (k, 3) at rest, faces (f, 3), linear RGB, number of segments."""
+    """One body: skin points (k, 3) at rest, faces (f, 3), linear RGB, segments, own skin."""
 
     rest: FloatArray
     faces: IntArray
     color: tuple[float, float, float]
     segments: int
+    skin: Skin | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +36,7 @@ class Subject:
         faces: (f, 3) outward triangles of the skins.
         face_bodies: (f,) which body a face belongs to.
         segment_bodies: (s,) which body a muscle segment belongs to.
+        skins: of each body, where it has one of its own, which tells its colours.
         colors: (b, 3) linear RGB of each body.
         sizes: (b,) m, diagonal of each body's box at rest, which drawn sizes are parts of.
         ground: what they move on, or None.
@@ -43,6 +46,7 @@ class Subject:
     faces: IntArray
     face_bodies: IntArray
     segment_bodies: IntArray
+    skins: tuple[Skin | None, ...]
     colors: FloatArray
     sizes: FloatArray
     ground: Ground | None
@@ -57,10 +61,11 @@ class Subject:
         """All bodies of a scene."""
         shapes = [
             Shape(
-                np.asarray(body.character.mesh.points[body.layout.skin_nodes]),
+                body.layout.skin_at(np.asarray(body.character.mesh.points)),
                 body.layout.skin_faces,
                 body.character.color,
                 len(body.layout.segment_ends),
+                body.character.skin,
             )
             for body in bodies
         ]
@@ -70,7 +75,7 @@ class Subject:
     def of_takes(cls, takes: Sequence[Take]) -> Subject:
         """Bodies of one stage."""
         shapes = [
-            Shape(take.skin_rest, take.skin_faces, take.color, take.activations.shape[1])
+            Shape(take.skin_rest, take.skin_faces, take.color, take.activations.shape[1], take.skin)
             for take in takes
         ]
         return cls.of_shapes(shapes, takes[0].ground)
@@ -88,6 +93,7 @@ class Subject:
             faces=np.concatenate(faces),
             face_bodies=np.repeat(number, [len(shape.faces) for shape in shapes]),
             segment_bodies=np.repeat(number, [shape.segments for shape in shapes]),
+            skins=tuple(shape.skin for shape in shapes),
             colors=np.array([shape.color for shape in shapes]),
             sizes=np.linalg.norm([np.ptp(shape.rest, axis=0) for shape in shapes], axis=1),
             ground=ground,
@@ -112,10 +118,11 @@ class Pose:
     def of_frame(cls, frame: Frame, bodies: Sequence[StagedBody]) -> Pose:
         """The pose of a running scene."""
         check_fits(frame, bodies)
-        nodes = [body.layout.skin_nodes + body.nodes.start for body in bodies]
         ends = [body.layout.segment_ends + body.vertices.start for body in bodies]
         return cls(
-            skin=frame.positions[np.concatenate(nodes)],
+            skin=np.concatenate(
+                [body.layout.skin_at(frame.positions[body.nodes]) for body in bodies]
+            ),
             segments=frame.fiber_points[np.concatenate(ends)],
             activations=frame.activations,
         )

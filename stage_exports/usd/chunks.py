@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import RLock
@@ -27,8 +27,9 @@ from warp_softbody.stage_exports.usd.claims import (
     writing_process,
 )
 from warp_softbody.stage_exports.usd.isolation import apart
-from warp_softbody.stage_exports.usd.merging import STATIC, closed_chunks, export, reason
+from warp_softbody.stage_exports.usd.merging import PACKED, STATIC, closed_chunks, export, reason
 from warp_softbody.stage_exports.usd.stage_files import identity, mark_own
+from warp_softbody.stage_exports.usd.textures import keep_textures, kept_textures
 
 USD = RLock()
 """Held while layers are made and written: USD's change blocks are those of the whole process."""
@@ -75,9 +76,10 @@ class ChunkFolder:
             self._before = identity(self.target)
         self._require_alone(self._claim)
 
-    def start(self, static: Any) -> None:
-        """Store what does not move."""
+    def start(self, static: Any, textures: Mapping[str, bytes]) -> None:
+        """Store what does not move, and textures by their paths from the stage."""
         with self._one_sentence():
+            keep_textures(self._folder, textures)
             _stored(static, self._folder / STATIC)
 
     def add(self, first_frame: int, samples: Any) -> None:
@@ -184,6 +186,8 @@ def _stored(layer: Any, path: Path) -> None:
 def _merged(folder: Path, target: Path, *, trusted: bool) -> int:
     """Make one file of all chunks of a folder, in that folder first; returns its frames' number."""
     size = sum(chunk.stat().st_size for chunk in folder.glob("*.usdc"))
+    if target.suffix.lower() != PACKED:
+        keep_textures(target.parent, kept_textures(folder))
     with USD, replacing(target, within=folder) as path:
         frames: int = apart("merge", folder, str(path), size=size, trusted=trusted)
     if trusted:

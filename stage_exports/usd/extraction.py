@@ -15,7 +15,7 @@ from pxr import Sdf, Tf, Usd
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.stage_exports import conventions
-from warp_softbody.stage_exports.usd import watchdog
+from warp_softbody.stage_exports.usd.stored_looks import StoredLook, stored_look, stored_value
 
 Array = npt.NDArray[Any]
 GROUND_NUMBERS = (
@@ -60,6 +60,7 @@ class StoredBody(TypedDict):
     skin_rest: Array
     skin_points: Array
     skin_faces: Array
+    look: StoredLook | None
     fiber_points: Array | None
     activations: Array | None
     contacts: StoredContacts | None
@@ -89,7 +90,7 @@ def extract(path: str, name: str | None, every: bool) -> StoredStage:
     chosen = list(bodies) if every else [name or next(iter(bodies))]
     data = stage.GetRootLayer().customLayerData.get(conventions.METADATA_KEY, {})
     return StoredStage(
-        bodies=[_body(bodies[one], path) for one in chosen],
+        bodies=[_body(stage, bodies[one], path) for one in chosen],
         fps=float(stage.GetTimeCodesPerSecond()),
         ground=_ground(stage.GetPrimAtPath(conventions.GROUND)),
         metadata={str(k): v for k, v in dict(data).items() if isinstance(v, str | int | float)},
@@ -133,7 +134,7 @@ def _bodies(stage: Any, path: str) -> dict[str, Any]:
     return bodies
 
 
-def _body(body: Any, path: str) -> StoredBody:
+def _body(stage: Any, body: Any, path: str) -> StoredBody:
     skin, tets = (body.GetChild(name) for name in (conventions.SKIN, conventions.TETS))
     codes = tets.GetAttribute("points").GetTimeSamples()
     if not codes:
@@ -142,14 +143,15 @@ def _body(body: Any, path: str) -> StoredBody:
     return StoredBody(
         name=body.GetName(),
         codes=np.array(codes),
-        color=_value(skin, "primvars:displayColor"),
-        rest=_value(tets, conventions.REST),
-        tets=_value(tets, "tetVertexIndices"),
+        color=stored_value(skin, "primvars:displayColor"),
+        rest=stored_value(tets, conventions.REST),
+        tets=stored_value(tets, "tetVertexIndices"),
         tet_points=_series(tets, "points", codes),
         velocities=_series(tets, _velocity_name(tets), codes),
-        skin_rest=_value(skin, "points"),
+        skin_rest=stored_value(skin, "points"),
         skin_points=_series(skin, "points", codes),
-        skin_faces=_value(skin, "faceVertexIndices"),
+        skin_faces=stored_value(skin, "faceVertexIndices"),
+        look=stored_look(stage, skin, path),
         fiber_points=_series(fibers, "points", codes) if fibers else None,
         activations=_series(fibers, conventions.ACTIVATION, codes) if fibers else None,
         contacts=_contacts(body.GetChild(conventions.CONTACTS), codes),
@@ -157,21 +159,8 @@ def _body(body: Any, path: str) -> StoredBody:
     )
 
 
-def _value(prim: Any, name: str, code: float | None = None) -> Array:
-    """A copy of a value; what USD hands out may be a view of the file."""
-    watchdog.feed()
-    attribute = prim.GetAttribute(name)
-    value = attribute.Get() if code is None else attribute.Get(code)
-    if value is None:
-        raise InputError(f"{prim.GetPath()} has no value of {name!r}")
-    array = np.array(value)
-    if array.dtype.kind not in "fiu":
-        raise InputError(f"{prim.GetPath()} has a value of {name!r} that is no number")
-    return array
-
-
 def _series(prim: Any, name: str, codes: list[float]) -> Array:
-    arrays = [_value(prim, name, code) for code in codes]
+    arrays = [stored_value(prim, name, code) for code in codes]
     for code, array in zip(codes, arrays, strict=True):
         if array.shape != arrays[0].shape:
             raise InputError(
@@ -203,13 +192,13 @@ def _contact_values(prim: Any, code: float) -> dict[str, Array]:
     """What is told of the contacts of a frame; a point without width stands where there is none."""
     names = ["points", conventions.CONTACT_MODE, conventions.CONTACT_FORCE]
     names += [path for path in PARTNER_PRIMVARS.values() if prim.HasAttribute(path)]
-    real = _value(prim, "widths", code) != 0.0
-    stored = {name: _value(prim, name, code) for name in names}
+    real = stored_value(prim, "widths", code) != 0.0
+    stored = {name: stored_value(prim, name, code) for name in names}
     return {name: rows[real] if len(rows) == len(real) else rows for name, rows in stored.items()}
 
 
 def _ground(prim: Any) -> dict[str, Array] | None:
     if not prim:
         return None
-    found = {name: _value(prim, name) for name in GROUND_NUMBERS if prim.HasAttribute(name)}
-    return {**found, **{name: _value(prim, name) for name in ("points", "faceVertexIndices")}}
+    found = {name: stored_value(prim, name) for name in GROUND_NUMBERS if prim.HasAttribute(name)}
+    return {**found, **{name: stored_value(prim, name) for name in ("points", "faceVertexIndices")}}

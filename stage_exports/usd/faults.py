@@ -16,9 +16,12 @@ from warp_softbody.stage_exports.usd import usd_arrays as values
 from warp_softbody.stage_exports.usd import watchdog
 from warp_softbody.stage_exports.usd.extraction import body_prims, open_stage
 from warp_softbody.stage_exports.usd.merging import reason
+from warp_softbody.stage_exports.usd.textures import named_textures
 
 _POINT_TYPES = (Sdf.ValueTypeNames.Point3fArray, Sdf.ValueTypeNames.Float3Array)
 _INDICES = ("faceVertexIndices", "tetVertexIndices", "surfaceFaceVertexIndices")
+_REFERENCES = "usdUtilsValidators:MissingReferenceValidator"
+"""Looks for files from a place that a stage has not which is opened without its name."""
 _STATIC = (*_INDICES, "faceVertexCounts", "curveVertexCounts")
 
 
@@ -32,6 +35,7 @@ def find_faults(path: str) -> list[str]:
     prims = list(stage.Traverse(Usd.PrimAllPrimsPredicate))
     geometry = [prim for prim in prims if prim.IsA(UsdGeom.PointBased)]
     checks = [_usd_findings(stage), _check_clock(stage), _check_motion(stage)]
+    checks += [_check_textures(stage, path)]
     checks += [_check_geometry(prim) for prim in geometry]
     return [sentence for check in checks for sentence in _whole(check)]
 
@@ -55,10 +59,19 @@ def _whole(check: Iterator[str]) -> Iterator[str]:
 
 def _usd_findings(stage: Any) -> Iterator[str]:
     registry = UsdValidation.ValidationRegistry()
-    context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
+    wanted = [
+        one for one in registry.GetOrLoadAllValidators() if one.GetMetadata().name != _REFERENCES
+    ]
+    context = UsdValidation.ValidationContext(wanted)
     for error in context.Validate(stage):
         if not error.HasNoError():
             yield f"{error.GetErrorAsString()}"
+
+
+def _check_textures(stage: Any, path: str) -> Iterator[str]:
+    for name, data in named_textures(stage.GetRootLayer(), path).items():
+        if not data:
+            yield f"the texture {name!r} is not in the stage's folder"
 
 
 def _check_clock(stage: Any) -> Iterator[str]:

@@ -72,6 +72,8 @@ def _contacts(
 ) -> ContactSample:
     """A copy of contacts; with one body it is clear whose they are, so they need no numbers."""
     count = len(contacts.points)
+    if not count and not len(contacts.nodes):
+        return ContactSample(names=contacts.names)
     named = named or len(contacts.nodes) > 0
     own = replace(
         contacts,

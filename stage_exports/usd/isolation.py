@@ -26,6 +26,7 @@ from warp_softbody.stage_exports.usd.watchdog import ENDINGS
 TASKS = {
     "extract": "extraction",
     "extract_names": "extraction",
+    "extract_skin": "foreign_skins",
     "find_faults": "faults",
     "merge": "merging",
     "rewrite": "merging",

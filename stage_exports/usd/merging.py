@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from pxr import Sdf, Tf, UsdUtils
 
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.usd import watchdog
+from warp_softbody.stage_exports.usd.textures import keep_textures, kept_textures, textures_of
 
 STATIC = "static.usdc"
 PACKED = ".usdz"
@@ -42,12 +45,15 @@ def merge(folder: str, target: str) -> int:
     watchdog.feed()
     merged.startTimeCode = layers[0].startTimeCode
     merged.endTimeCode = layers[-1].endTimeCode
-    export(merged, target)
+    export(merged, target, kept_textures(Path(folder)))
     return len(merged.ListAllTimeSamples())
 
 
-def rewrite(source: str, target: str) -> None:
+def rewrite(source: str, target: str) -> dict[str, bytes]:
     """The task of the process that reads the stage.
+
+    Returns:
+        Textures by their paths from the stage, which the new file does not hold.
 
     Raises:
         InputError: the source is no USD file.
@@ -56,11 +62,13 @@ def rewrite(source: str, target: str) -> None:
     layer = Sdf.Layer.OpenAsAnonymous(source)
     if layer is None:
         raise InputError(f"{source!r} is not a USD file that can be read")
-    export(layer, target)
+    textures = textures_of(layer, source)
+    export(layer, target, textures)
+    return {} if target.lower().endswith(PACKED) else textures
 
 
-def export(layer: Any, target: str) -> None:
-    """Write a layer; the file may be half-written when this fails.
+def export(layer: Any, target: str, textures: Mapping[str, bytes] | None = None) -> None:
+    """Write a layer, into an archive with its textures; it may be half-written when this fails.
 
     Raises:
         OSError: it could not be written.
@@ -72,18 +80,21 @@ def export(layer: Any, target: str) -> None:
         if not layer.Export(str(inner)):
             raise OSError("USD could not export the layer")
         if packed:
-            _pack(inner, path)
+            _pack(inner, path, textures or {})
     except Tf.ErrorException as error:
         raise OSError(reason(error)) from error
 
 
-def _pack(inner: Path, target: Path) -> None:
-    """Put a layer into an uncompressed archive of the kind that .usdz is."""
+def _pack(inner: Path, target: Path, textures: Mapping[str, bytes]) -> None:
+    """Put a layer and its textures into an uncompressed archive of the kind that .usdz is."""
     archive = Sdf.ZipFileWriter.CreateNew(str(target))
-    added = archive.AddFile(str(inner), inner.name)
+    added = [archive.AddFile(str(inner), inner.name)]
+    with TemporaryDirectory(dir=target.parent) as folder:
+        keep_textures(Path(folder), textures)
+        added += [archive.AddFile(str(Path(folder) / name), name) for name in textures]
     archive.Save()
     inner.unlink()
-    if not added:
+    if not all(added):
         raise OSError("USD could not pack the layer")
 
 

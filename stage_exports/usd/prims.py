@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.bodies import StagedBody
-from warp_softbody.stage_exports.creases import point_normals
-from warp_softbody.stage_exports.palette import activation_colors
+from warp_softbody.stage_exports.creases import rim
+from warp_softbody.stage_exports.palette import activation_palette, activation_steps, mode_palette
 from warp_softbody.stage_exports.usd import usd_arrays as values
+from warp_softbody.stage_exports.usd.skin_looks import define_look
 from warp_softbody.world.frame import GROUND
 
 # Drawn widths, as parts of the diagonal of the body's box.
@@ -19,9 +22,10 @@ _FIBER_WIDTH = 0.010
 _CONTACT_WIDTH = 0.018
 
 
-def define_body(stage: Any, body: StagedBody, material: Any) -> None:
+def define_body(stage: Any, body: StagedBody, material: Any, textures: str) -> None:
     """Author a body's prim with what it has; no muscles, no fibres.
 
+    An own skin has its own materials, with textures in the folder of that name beside the stage.
     Fibres and contacts have no material, so that viewers draw them in their own colours, which
     change: few read those through a material.
     """
@@ -31,7 +35,10 @@ def define_body(stage: Any, body: StagedBody, material: Any) -> None:
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(body.character.name)
     skin = _define_skin(stage, f"{path}/{conventions.SKIN}", body)
-    UsdShade.MaterialBindingAPI.Apply(skin.GetPrim()).Bind(material)
+    if body.character.skin is None:
+        UsdShade.MaterialBindingAPI.Apply(skin.GetPrim()).Bind(material)
+    else:
+        define_look(stage, body, skin, body.character.skin, textures)
     _define_tets(stage, f"{path}/{conventions.TETS}", body)
     if body.character.segment_count:
         _define_fibers(stage, f"{path}/{conventions.FIBERS}", body)
@@ -56,15 +63,18 @@ def contact_width(body: StagedBody) -> float:
 def _define_skin(stage: Any, path: str, body: StagedBody) -> Any:
     layout = body.layout
     skin = UsdGeom.Mesh.Define(stage, path)
-    points = values.vectors(body.character.mesh.points[layout.skin_nodes])
+    points = values.vectors(layout.skin_at(np.asarray(body.character.mesh.points)))
     skin.CreatePointsAttr(points)
     skin.CreateExtentAttr(values.extent(points))
     skin.CreateFaceVertexCountsAttr(values.integers(np.full(len(layout.skin_faces), 3)))
     skin.CreateFaceVertexIndicesAttr(values.integers(layout.skin_faces))
-    skin.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    rest = np.asarray(body.character.mesh.points[layout.skin_nodes])
-    skin.CreateNormalsAttr(values.vectors(point_normals(layout.skin_faces, rest)))
-    skin.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    # Programs find the normals of such a mesh themselves, which follow its motion and take no room.
+    # Where one draws it subdivided, both sides of a crease keep its points.
+    skin.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.loop)
+    corners = rim(layout.skin_faces)
+    skin.CreateCornerIndicesAttr(values.integers(corners))
+    sharp = np.full(len(corners), UsdGeom.Mesh.SHARPNESS_INFINITE)
+    skin.CreateCornerSharpnessesAttr(values.floats(sharp))
     skin.CreateDisplayColorAttr([Gf.Vec3f(*body.character.color)])
     return skin
 
@@ -101,9 +111,7 @@ def _define_fibers(stage: Any, path: str, body: StagedBody) -> Any:
     fibers.SetWidthsInterpolation(UsdGeom.Tokens.constant)
     activation = Sdf.ValueTypeNames.FloatArray
     _primvar(fibers, conventions.ACTIVATION, activation, "uniform").Set(values.floats(slack))
-    fibers.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).Set(
-        values.vectors(activation_colors(slack))
-    )
+    _color(fibers, UsdGeom.Tokens.uniform, activation_palette(), activation_steps(slack))
     return fibers
 
 
@@ -119,7 +127,7 @@ def _define_contacts(stage: Any, path: str, body: StagedBody) -> Any:
     contacts.CreateExtentAttr(values.extent(point))
     contacts.CreateWidthsAttr(values.floats([0.0]))
     contacts.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
-    contacts.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(zero)
+    _color(contacts, UsdGeom.Tokens.vertex, mode_palette(), [0])
     mode = Sdf.ValueTypeNames.IntArray
     _primvar(contacts, conventions.CONTACT_MODE, mode, "vertex").Set(values.integers([0]))
     force = Sdf.ValueTypeNames.Vector3fArray
@@ -143,6 +151,13 @@ def _define_partners(contacts: Any) -> None:
         ),
     ):
         _primvar(contacts, name, kind, "vertex").Set(none)
+
+
+def _color(prim: Any, interpolation: str, palette: FloatArray, places: npt.ArrayLike) -> None:
+    """A colour a curve or point, as its place in a palette."""
+    color = prim.CreateDisplayColorPrimvar(interpolation)
+    color.Set(values.vectors(palette))
+    color.SetIndices(values.integers(places))
 
 
 def _primvar(prim: Any, name: str, type_name: Any, interpolation: str) -> Any:

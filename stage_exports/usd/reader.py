@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.skin import Skin, SkinMaterial
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.conventions import IntArray
 from warp_softbody.stage_exports.usd.grounds import read_ground
@@ -27,6 +28,7 @@ from warp_softbody.world.ground import Ground
 
 if TYPE_CHECKING:
     from warp_softbody.stage_exports.usd.extraction import StoredBody, StoredStage
+    from warp_softbody.stage_exports.usd.stored_looks import StoredLook
 from warp_softbody.inputs.records import Value
 
 
@@ -46,6 +48,8 @@ class Take(Value):
         skin_rest: (k, 3) m, rest positions of the skin's points.
         skin_points: (f, k, 3) m.
         skin_faces: (t, 3) indices of skin points.
+        skin: places in textures and materials of the faces, on the points at rest, of a body with
+            a skin of its own; else None.
         fiber_points: (f, s, 2, 3) m, both ends of each muscle segment.
         activations: (f, s) l_d / l_0.
         contacts: touching nodes, one sample a frame; empty ones where there is nothing to touch.
@@ -67,6 +71,7 @@ class Take(Value):
     skin_rest: FloatArray
     skin_points: FloatArray
     skin_faces: IntArray
+    skin: Skin | None
     fiber_points: FloatArray
     activations: FloatArray
     contacts: tuple[ContactSample, ...]
@@ -127,6 +132,7 @@ def _take(stage: StoredStage, body: StoredBody) -> Take:
     rest = numbers("rest points", body["rest"], (-1, 3))
     skin = numbers("skin points", body["skin_rest"], (-1, 3))
     rate = positive("time codes per second", stage["fps"])
+    faces = indices("faces of the skin", body["skin_faces"], 3, len(skin))
     fiber_points, activation = activations(body["fiber_points"], body["activations"], frames)
     return Take(
         name=body["name"],
@@ -139,13 +145,34 @@ def _take(stage: StoredStage, body: StoredBody) -> Take:
         velocities=numbers("velocities", body["velocities"], (frames, len(rest), 3)),
         skin_rest=skin,
         skin_points=numbers("points of the skin", body["skin_points"], (frames, len(skin), 3)),
-        skin_faces=indices("faces of the skin", body["skin_faces"], 3, len(skin)),
+        skin_faces=faces,
+        skin=_skin(skin, faces, body["look"]),
         fiber_points=fiber_points,
         activations=activation,
         contacts=contacts("contacts", body["contacts"], frames),
         patches=contacts("patches", body["patches"], frames),
         ground=read_ground(stage["ground"]),
         metadata=stage["metadata"],
+    )
+
+
+def _skin(points: FloatArray, faces: IntArray, look: StoredLook | None) -> Skin | None:
+    """A body's own skin; what a damaged file has made of it is an InputError."""
+    if look is None:
+        return None
+    places, corners = look["texture_points"], look["texture_faces"]
+    texture: dict[str, Any] = {}
+    if places is not None and corners is not None:
+        texture = {
+            "texture_points": numbers("places in the texture", places, (-1, 2)),
+            "texture_faces": indices("corners in the texture", corners, 3, len(places)),
+        }
+    return Skin(
+        points=points,
+        faces=faces,
+        materials=tuple(SkinMaterial(**one) for one in look["materials"]),
+        face_materials=np.asarray(look["face_materials"]),
+        **texture,
     )
 
 

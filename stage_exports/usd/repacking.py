@@ -9,6 +9,7 @@ from warp_softbody.errors import OutputError
 from warp_softbody.stage_exports.usd.chunks import USD
 from warp_softbody.stage_exports.usd.isolation import apart
 from warp_softbody.stage_exports.usd.merging import reason
+from warp_softbody.stage_exports.usd.textures import keep_textures
 
 
 def repack(source: Path, target: Path) -> None:
@@ -20,6 +21,7 @@ def repack(source: Path, target: Path) -> None:
     """
     try:
         with USD, replacing(target) as path:
-            apart("rewrite", source, str(path))
+            textures = apart("rewrite", source, str(path))
+            keep_textures(target.parent, textures)
     except OSError as error:
         raise OutputError(f"{str(target)!r} could not be written: {reason(error)}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -12,19 +13,18 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.camera import Camera
-from warp_softbody.stage_exports.creases import point_normals
-from warp_softbody.stage_exports.palette import activation_colors, mode_colors
+from warp_softbody.stage_exports.palette import activation_steps
 from warp_softbody.stage_exports.usd import usd_arrays as values
 from warp_softbody.stage_exports.usd.prims import contact_width, fiber_width
 from warp_softbody.world.frame import ContactSample, Frame
 
 _TYPES = {
+    conventions.TRANSLATION: Sdf.ValueTypeNames.Double3,
     "points": Sdf.ValueTypeNames.Point3fArray,
-    "normals": Sdf.ValueTypeNames.Normal3fArray,
     conventions.VELOCITY: Sdf.ValueTypeNames.Vector3fArray,
     "extent": Sdf.ValueTypeNames.Float3Array,
     "widths": Sdf.ValueTypeNames.FloatArray,
-    "primvars:displayColor": Sdf.ValueTypeNames.Color3fArray,
+    conventions.COLOR_INDICES: Sdf.ValueTypeNames.IntArray,
     conventions.ACTIVATION: Sdf.ValueTypeNames.FloatArray,
     conventions.CONTACT_MODE: Sdf.ValueTypeNames.IntArray,
     conventions.CONTACT_FORCE: Sdf.ValueTypeNames.Vector3fArray,
@@ -54,42 +54,31 @@ class TimedFrame(NamedTuple):
 def sample_layer(bodies: Sequence[StagedBody], frames: Sequence[TimedFrame]) -> Any:
     """Overs of the moving attributes, with the first and last time code in the layer's clock."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
+    series: dict[tuple[str, str], dict[float, Any]] = defaultdict(dict)
+    for time_code, frame, camera in frames:
+        if camera is not None:
+            # a camera that moves keeps its direction
+            eye = values.place(camera)
+            series[conventions.CAMERA, conventions.TRANSLATION][time_code] = eye
+        for body in bodies:
+            path = conventions.character_path(body.character.name)
+            for sample in frame_samples(body, body.share(frame)):
+                series[f"{path}/{sample.prim}", sample.attribute][time_code] = sample.value
     with Sdf.ChangeBlock():
-        for time_code, frame, camera in frames:
-            if camera is not None:
-                _set_camera(layer, time_code, camera)
-            for body in bodies:
-                place = conventions.character_path(body.character.name)
-                for sample in frame_samples(body, body.share(frame)):
-                    _set(layer, place, time_code, sample)
+        for (path, name), samples in series.items():
+            prim = Sdf.CreatePrimInLayer(layer, path)
+            place = Sdf.AttributeSpec(prim, name, _TYPES[name]).path
+            for code, value in samples.items():
+                layer.SetTimeSample(place, code, value)
     layer.startTimeCode = frames[0].time_code
     layer.endTimeCode = frames[-1].time_code
     return layer
 
 
-def _set(layer: Any, body: str, time_code: float, sample: Sample) -> None:
-    path = f"{body}/{sample.prim}"
-    attribute = layer.GetAttributeAtPath(f"{path}.{sample.attribute}")
-    if attribute is None:
-        prim = Sdf.CreatePrimInLayer(layer, path)
-        attribute = Sdf.AttributeSpec(prim, sample.attribute, _TYPES[sample.attribute])
-    layer.SetTimeSample(attribute.path, time_code, sample.value)
-
-
-def _set_camera(layer: Any, time_code: float, camera: Camera) -> None:
-    path = f"{conventions.CAMERA}.{conventions.TRANSFORM}"
-    if layer.GetAttributeAtPath(path) is None:
-        prim = Sdf.CreatePrimInLayer(layer, conventions.CAMERA)
-        Sdf.AttributeSpec(prim, conventions.TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
-    layer.SetTimeSample(path, time_code, values.placed(camera))
-
-
 def frame_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
     """Every value that a body's share of a frame adds to its prim."""
-    skin = frame.positions[body.layout.skin_nodes]
+    skin = body.layout.skin_at(frame.positions)
     yield from _moving_points(conventions.SKIN, skin)
-    normals = values.vectors(point_normals(body.layout.skin_faces, skin))
-    yield Sample(conventions.SKIN, "normals", normals)
     yield from _moving_points(conventions.TETS, frame.positions)
     yield Sample(conventions.TETS, conventions.VELOCITY, values.vectors(frame.velocities))
     if len(body.layout.segment_ends):
@@ -112,11 +101,11 @@ def _moving_points(prim: str, positions: FloatArray) -> Iterator[Sample]:
 
 def _fiber_samples(body: StagedBody, frame: Frame) -> Iterator[Sample]:
     points = values.vectors(frame.fiber_points[body.layout.segment_ends.reshape(-1)])
-    colors = activation_colors(frame.activations)
+    colors = activation_steps(frame.activations)
     yield Sample(conventions.FIBERS, "points", points)
     yield Sample(conventions.FIBERS, "extent", values.extent(points, fiber_width(body)))
     yield Sample(conventions.FIBERS, conventions.ACTIVATION, values.floats(frame.activations))
-    yield Sample(conventions.FIBERS, "primvars:displayColor", values.vectors(colors))
+    yield Sample(conventions.FIBERS, conventions.COLOR_INDICES, values.integers(colors))
 
 
 def drawable(contacts: ContactSample, positions: FloatArray) -> ContactSample:
@@ -141,7 +130,7 @@ def _contact_samples(
     yield Sample(prim, "points", points)
     yield Sample(prim, "extent", values.extent(points, width))
     yield Sample(prim, "widths", values.floats(np.full(len(points), width)))
-    yield Sample(prim, "primvars:displayColor", values.vectors(mode_colors(contacts.modes)))
+    yield Sample(prim, conventions.COLOR_INDICES, values.integers(contacts.modes))
     yield Sample(prim, conventions.CONTACT_MODE, values.integers(contacts.modes))
     yield Sample(prim, conventions.CONTACT_FORCE, values.vectors(contacts.forces))
 

@@ -21,6 +21,7 @@ from warp_softbody.stage_exports.usd.chunks import USD
 from warp_softbody.stage_exports.usd.merging import export, reason
 from warp_softbody.stage_exports.usd.physics_names import Profile
 from warp_softbody.stage_exports.usd.static_layer import static_layer
+from warp_softbody.stage_exports.usd.textures import FOLDER
 from warp_softbody.world.scene import Scene
 
 LONGEST = 1000
@@ -34,24 +35,25 @@ def checked_static_layer(
     metadata: Mapping[str, str | float],
     view: Camera,
     profile: Profile,
-    folder: Path,
+    target: Path,
 ) -> Any:
-    """What of a take does not move, as a layer that was written to a folder once, as a trial.
+    """What of a take does not move, as a layer that was written beside the target, as a trial.
 
     Raises:
         InputError: a part of the scene cannot be stored.
-        OutputError: the folder has no room for it.
+        OutputError: the target's folder has no room for it.
     """
     for character in scene.characters:
         _check_character(character)
     try:
         with USD:
-            layer = static_layer(scene, bodies, fps, metadata, view, profile)
+            textures = FOLDER.format(target.stem)
+            layer = static_layer(scene, bodies, fps, metadata, view, profile, textures)
     except InputError:
         raise
     except (Tf.ErrorException, TypeError, ValueError, OverflowError) as error:
         raise InputError(f"the scene cannot be stored in a stage: {reason(error)}") from error
-    _try(layer, folder)
+    _try(layer, target.parent)
     return layer
 
 

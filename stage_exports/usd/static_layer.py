@@ -24,8 +24,9 @@ def static_layer(
     metadata: Mapping[str, str | float],
     view: Camera,
     profile: Profile,
+    textures: str,
 ) -> Any:
-    """Everything of a stage but its time samples.
+    """Everything of a stage but its time samples, with textures in a folder of that name.
 
     The layer is made first and the stage opened on it: a layer taken from a stage that goes out of
     scope is an expired handle, and touching that ends the interpreter.
@@ -34,7 +35,7 @@ def static_layer(
     stage = Usd.Stage.Open(layer)
     surroundings.define_root(stage, bodies[0].character.name, fps, metadata)
     for body in bodies:
-        define_body(stage, body, surroundings.define_skin_material(stage, body))
+        define_body(stage, body, surroundings.define_skin_material(stage, body), textures)
     if scene.ground is not None:
         define_ground(stage, scene, scene.ground, surroundings.define_ground_materials(stage))
     surroundings.define_camera(stage, view)

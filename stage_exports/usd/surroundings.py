@@ -76,7 +76,8 @@ def define_ground_materials(stage: Any) -> tuple[Any, Any]:
 def define_camera(stage: Any, view: Camera) -> None:
     """The camera of the pictures, as a USD camera; frames move it."""
     camera = UsdGeom.Camera.Define(stage, conventions.CAMERA)
-    camera.AddTransformOp().Set(values.placed(view))
+    camera.AddTranslateOp().Set(values.place(view))
+    camera.AddTransformOp().Set(values.turn(view))
     vertical = _APERTURE / ASPECT
     slope = float(np.tan(np.radians(view.vertical_field) / 2.0))
     camera.CreateHorizontalApertureAttr(_APERTURE)

@@ -16,6 +16,11 @@ def vectors(array: npt.ArrayLike) -> Any:
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, dtype=np.float32))
 
 
+def pairs(array: npt.ArrayLike) -> Any:
+    """(n, 2) numbers as float2 array."""
+    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(array, dtype=np.float32))
+
+
 def floats(array: npt.ArrayLike) -> Any:
     """(n,) numbers as float array."""
     return Vt.FloatArray.FromNumpy(np.ascontiguousarray(array, dtype=np.float32))
@@ -36,12 +41,16 @@ def quadruples(array: npt.ArrayLike) -> Any:
     return Vt.Vec4iArray.FromNumpy(np.ascontiguousarray(array, dtype=np.int32))
 
 
-def placed(camera: Camera) -> Any:
-    """Where a camera stands, as the matrix of its prim: it looks along minus z, y upwards."""
+def place(camera: Camera) -> Any:
+    """Where a camera stands, m."""
+    return Gf.Vec3d(*camera.eye.tolist())
+
+
+def turn(camera: Camera) -> Any:
+    """The rotation of a camera's prim, which looks along minus z, y upwards."""
     right, up = camera.axes
     matrix = np.eye(4)
     matrix[:3, :3] = right, up, -camera.forward
-    matrix[3, :3] = camera.eye
     return Gf.Matrix4d(*matrix.reshape(-1).tolist())
 
 

@@ -21,7 +21,9 @@ from warp_softbody.stage_exports.usd.frame_checks import checked_time_code, owne
 from warp_softbody.stage_exports.usd.physics_names import PROFILES, Profile
 from warp_softbody.stage_exports.usd.samples import TimedFrame, sample_layer
 from warp_softbody.stage_exports.usd.scene_checks import checked_metadata, checked_static_layer
+from warp_softbody.stage_exports.usd.skin_looks import texture_files
 from warp_softbody.stage_exports.usd.surroundings import ASPECT
+from warp_softbody.stage_exports.usd.textures import FOLDER
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.scene import Scene
 
@@ -83,7 +85,7 @@ class StageWriter:
         self._camera = camera_path("camera of a StageWriter", camera, start, ASPECT)
         view = camera_path("camera of a StageWriter", camera, start, ASPECT).at(0.0, start)
         self._static: Any = checked_static_layer(
-            scene, self._bodies, self._fps, kept, view, physics, self._path.parent
+            scene, self._bodies, self._fps, kept, view, physics, self._path
         )
         self._chunks = ChunkFolder(self._path, overwrite=overwrite)
         self._pending: list[TimedFrame] = []
@@ -161,7 +163,8 @@ class StageWriter:
     def _flush(self) -> None:
         """Close a chunk. The frames are let go last, so that an interrupt here loses none."""
         if not self._stored:
-            self._chunks.start(self._static)
+            textures = texture_files(self._bodies, FOLDER.format(self._path.stem))
+            self._chunks.start(self._static, textures)
         with USD:
             samples = sample_layer(self._bodies, self._pending)
         self._chunks.add(self._stored, samples)

@@ -75,6 +75,13 @@ def view() -> BodyView:
     return wsb.Simulation(scene()).view()
 
 
+def skin_file(folder: Path) -> Path:
+    """A triangle as an .obj."""
+    path = folder / "skin.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
+    return path
+
+
 def contact_problem() -> dict[str, Any]:
     """Two controls and one contact."""
     return {
@@ -149,6 +156,9 @@ def engine(folder: Path) -> Samples:
         "Recorder.save": (recorder().save, {"path": folder / "steps.npz"}),
         "Recorder.plot": (recorder().plot, {"folder": folder / "plots"}),
         "SimulationOptions": (wsb.SimulationOptions, {}),
+        "Skin": (wsb.Skin, {"points": np.eye(3), "faces": np.array([[0, 1, 2]])}),
+        "Skin.read": (wsb.Skin.read, {"path": skin_file(folder)}),
+        "SkinMaterial": (wsb.SkinMaterial, {}),
         "State": (wsb.State, vars(state)),
         "State.at_rest": (wsb.State.at_rest, {"model": model()}),
         "Stepper": (wsb.Stepper, {"model": model()}),
@@ -240,6 +250,7 @@ def exports(folder: Path) -> Samples:
     small = (16, 16)
     return {
         "Movie": (stage_exports.Movie, {"path": folder / "a.gif", "scene": scene()}),
+        "read_skin": (stage_exports.read_skin, {"path": stage}),
         "StageWriter": (
             stage_exports.StageWriter,
             {"path": folder / "a.usdc", "scene": scene()},

@@ -12,6 +12,7 @@ from pxr import Kind, Usd, UsdGeom, UsdLux, UsdShade
 
 from warp_softbody.stage_exports import StageWriter
 from warp_softbody.stage_exports.conventions import MEANINGS
+from warp_softbody.stage_exports.palette import activation_colors
 from warp_softbody.world.scene import Scene
 
 
@@ -41,7 +42,7 @@ def test_skin_is_the_compacted_surface(stage: Any, scene: Scene) -> None:
     rest = np.array(skin.GetPointsAttr().Get())
     np.testing.assert_allclose(rest[faces], mesh.points[mesh.surface], atol=1e-7)
     assert np.unique(faces).tolist() == list(range(len(rest)))
-    assert skin.GetSubdivisionSchemeAttr().Get() == "none"
+    assert skin.GetSubdivisionSchemeAttr().Get() == "loop"
     bound, _ = UsdShade.MaterialBindingAPI(skin).ComputeBoundMaterial()
     assert bound.GetPath() == "/World/Materials/block"
 
@@ -84,18 +85,42 @@ def test_nodes_carry_their_velocities(stage: Any) -> None:
     np.testing.assert_allclose(velocities, by_difference, atol=5e-3 * np.abs(velocities).max())
 
 
-def test_normals_are_those_of_the_faces_and_edges_stay_sharp(stage: Any) -> None:
-    """A block has flat faces and right angles: each point's normal is that of its face."""
+def test_normals_are_left_to_viewers_and_edges_stay_sharp(stage: Any) -> None:
+    """A block has flat faces and right angles: the mean over each point's faces is their normal.
+
+    Drawn subdivided, the points of its edges stay where they are, on both sides.
+    """
     skin = UsdGeom.Mesh(stage.GetPrimAtPath("/World/block/Skin"))
-    assert skin.GetNormalsInterpolation() == "vertex"
+    assert not skin.GetNormalsAttr().HasAuthoredValue()
+    assert skin.GetSubdivisionSchemeAttr().Get() == "loop"
     faces = np.array(skin.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
     for code in (Usd.TimeCode.Default(), 0.0):
         points = np.array(skin.GetPointsAttr().Get(code), dtype=np.float64)
         a, b, c = (points[faces[:, corner]] for corner in range(3))
-        flat = np.cross(b - a, c - a)
-        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
-        normals = np.array(skin.GetNormalsAttr().Get(code))
-        np.testing.assert_allclose(normals[faces], np.repeat(flat[:, None], 3, 1), atol=2e-3)
+        areas = np.cross(b - a, c - a)
+        sums = np.zeros_like(points)
+        for corner in range(3):
+            np.add.at(sums, faces[:, corner], areas)
+        means = sums / np.linalg.norm(sums, axis=1, keepdims=True)
+        flat = areas / np.linalg.norm(areas, axis=1, keepdims=True)
+        np.testing.assert_allclose(means[faces], np.repeat(flat[:, None], 3, 1), atol=2e-3)
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    unique, counts = np.unique(edges, axis=0, return_counts=True)
+    assert set(skin.GetCornerIndicesAttr().Get()) == set(unique[counts == 1].ravel())
+    assert set(skin.GetCornerSharpnessesAttr().Get()) == {UsdGeom.Mesh.SHARPNESS_INFINITE}
+
+
+def test_colours_are_places_in_a_palette(stage: Any) -> None:
+    for name, size, code in (("Fibers", 6, 3), ("Contacts", 2, 5)):
+        prim = stage.GetPrimAtPath(f"/World/block/{name}")
+        color = UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor")
+        assert color.IsIndexed() and not color.GetTimeSamples() == []
+        assert len(color.ComputeFlattened(code)) == size
+    fibers = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/World/block/Fibers"))
+    activations = np.array(fibers.GetPrimvar("activation").Get(5))
+    shown = np.array(fibers.GetPrimvar("displayColor").ComputeFlattened(5))
+    # a place in the palette is a 63rd of the range off, and no channel changes by more than 4.2
+    np.testing.assert_allclose(shown, activation_colors(activations), atol=4.2 * 0.5 / 126)
 
 
 def test_fibers_hold_one_value_a_segment(stage: Any, scene: Scene) -> None:

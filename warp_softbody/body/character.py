@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from warp_softbody.body.directional_friction import (
     DirectionalFriction,
@@ -18,6 +19,8 @@ from warp_softbody.body.directional_friction import (
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.muscles import Fiber, MuscleGroup
+from warp_softbody.body.skin import Skin
+from warp_softbody.body.skin_binding import bind
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import FrozenValue
@@ -39,6 +42,7 @@ class Character(FrozenValue):
         fixed: nodes that never move, given and kept likewise.
         color: display colour, linear RGB in 0..1.
         directional_friction: of regions that slide more easily one way than another.
+        skin: the surface that is seen; None for that of the mesh, or for the tets' own.
     """
 
     name: str
@@ -49,6 +53,7 @@ class Character(FrozenValue):
     fixed: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     color: tuple[float, float, float] = (0.80, 0.30, 0.24)
     directional_friction: tuple[DirectionalFriction, ...] = ()
+    skin: Skin | None = None
 
     def __post_init__(self) -> None:
         """Check the name and the index sets against the mesh."""
@@ -69,6 +74,9 @@ class Character(FrozenValue):
             regions=MappingProxyType(regions),
             fixed=input_kinds.node_set(f"Character.fixed of {name!r}", self.fixed, count),
             color=input_kinds.color(f"Character.color of {name!r}", self.color),
+            skin=mesh.skin
+            if self.skin is None
+            else checks.instance("Character.skin", self.skin, Skin),
             directional_friction=checks.items(
                 "Character.directional_friction", self.directional_friction, DirectionalFriction
             ),
@@ -92,6 +100,17 @@ class Character(FrozenValue):
     def node_friction(self) -> NodeFriction:
         """Return the directional friction of each node."""
         return friction_by_node(self.directional_friction, self.regions, len(self.mesh.points))
+
+    @cached_property
+    def skin_weights(self) -> csr_array[np.float64]:
+        """Return the barycentric weights (k, nodes) of the skin's points.
+
+        Raises:
+            InputError: there is no skin, or it lies too far outside the tets.
+        """
+        if self.skin is None:
+            raise InputError(f"character {self.name!r} has no skin")
+        return bind(self.mesh, self.skin.points, f"skin of {self.name!r}")
 
     def region(self, name: str) -> IntArray:
         """Return the node indices of a named region, or raise where there is none of that name."""

@@ -17,6 +17,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body import mesh_geometry
 from warp_softbody.body.mesh_checks import checked_arrays, clean_arrays
 from warp_softbody.body.mesh_files import read_tets, write_tets
+from warp_softbody.body.skin import READERS, Skin
 from warp_softbody.errors import InputError, MeshError, MeshWarning
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import FrozenValue
@@ -40,12 +41,14 @@ class TetMesh(FrozenValue):
         node_of: (points in the file or array,) int32, read-only; the node that each became, -1
             for a point that was dropped. By default every point is a node.
         regions: node indices (k,) int32 by name, of the named groups of the file.
+        skin: the surface that it was made from, where that has a texture; None for none.
     """
 
     points: FloatArray
     tets: IntArray
     node_of: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32), repr=False)
     regions: Mapping[str, IntArray] = field(default_factory=dict, repr=False)
+    skin: Skin | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Keep read-only copies of arrays that can be a mesh's."""
@@ -65,6 +68,7 @@ class TetMesh(FrozenValue):
         }
         checks.keep(
             self,
+            skin=None if self.skin is None else checks.instance("TetMesh.skin", self.skin, Skin),
             points=_frozen(points),
             tets=_frozen(tets),
             node_of=_frozen(node_of.astype(np.int32)),
@@ -136,6 +140,8 @@ class TetMesh(FrozenValue):
     ) -> TetMesh:
         """Fill a closed surface with tets and compare the result with it.
 
+        A file with texture coordinates becomes the mesh's `skin`.
+
         Args:
             surface: a file (.stl, .obj, .ply) or a trimesh surface.
             mesher: "ftetwild" (takes flawed surfaces, follows them closely but not exactly) or
@@ -155,7 +161,7 @@ class TetMesh(FrozenValue):
         elif not all(hasattr(surface, name) for name in ("vertices", "faces", "merge_vertices")):
             checks.refuse("surface of TetMesh.from_surface", "a file or a trimesh.Trimesh", surface)
         filled = tetrahedralize(surface, mesher=mesher, size=size)
-        return cls(filled.points, filled.tets)
+        return cls(filled.points, filled.tets, skin=_texture_of(surface))
 
     def write(self, path: str | Path) -> None:
         """Write the tets in the format of the file's extension, whole or not at all.
@@ -246,3 +252,11 @@ def _tell(notes: tuple[str, ...]) -> None:
 def _frozen(array: npt.NDArray[Number]) -> npt.NDArray[Number]:
     array.setflags(write=False)
     return array
+
+
+def _texture_of(surface: object) -> Skin | None:
+    """The surface of a file as a skin, where it has texture coordinates."""
+    if not isinstance(surface, Path) or surface.suffix.lower() not in READERS:
+        return None
+    skin = Skin.read(surface)
+    return skin if skin.textured else None

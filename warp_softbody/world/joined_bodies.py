@@ -88,7 +88,10 @@ def placed(
     return replace(
         character,
         name=character.name if name is None else name,
-        mesh=replace(character.mesh, points=move(character.mesh.points)),
+        mesh=replace(character.mesh, points=move(character.mesh.points), skin=None),
+        skin=None
+        if character.skin is None
+        else replace(character.skin, points=move(character.skin.points)),
         muscles=muscles,
         directional_friction=frictions,
     )
@@ -127,6 +130,8 @@ def join(characters: Sequence[Character]) -> Character:
     return replace(
         first,
         mesh=TetMesh(points, tets),
+        # each body has its own
+        skin=None,
         muscles=tuple(muscles),
         regions=regions,
         fixed=np.concatenate(fixed).astype(np.int32),

@@ -83,7 +83,10 @@ def similar_scene(scene: Scene, by: Similarity) -> Scene:
 def _character(character: Character, by: Similarity) -> Character:
     return replace(
         character,
-        mesh=replace(character.mesh, points=character.mesh.points * by.length),
+        mesh=replace(character.mesh, points=character.mesh.points * by.length, skin=None),
+        skin=None
+        if character.skin is None
+        else replace(character.skin, points=character.skin.points * by.length),
         material=_material(character.material, by),
         muscles=tuple(_muscles(group, by) for group in character.muscles),
     )

@@ -206,3 +206,18 @@ def _numbers(body: bytes, kind: str, count: int, place: int) -> npt.NDArray[Any]
     if count < 0 or place + count * int(kind[-1]) > len(body):
         raise ValueError("it ends before all that it declares")
     return np.frombuffer(body, kind, count, place)
+
+
+def vertex_columns(path: Path) -> dict[str, npt.NDArray[Any]]:
+    """Numbers of each property of the points that is no list, by its name.
+
+    Raises:
+        ValueError: the file is no PLY.
+    """
+    order, elements, body = _header(path.read_bytes())
+    tables = _text_rows(elements, body) if order == "" else _binary_rows(elements, body, order)
+    vertex = next((element for element in elements if element.name == "vertex"), None)
+    if vertex is None or not vertex.count:
+        raise ValueError("it has no points")
+    columns = zip(vertex.properties, tables["vertex"], strict=True)
+    return {one.name: np.asarray(column) for one, column in columns if not one.length}
