@@ -3,6 +3,7 @@
 #   make test       lints, type-checks and runs every test but the long ones, on all cores;
 #                   prints which lines of Python they reach
 #   make test-long  the long ones
+#   make test-viewers  the pages in a browser of this machine, where there is one
 #   make docs       builds the pages and the API reference as a site in out/site
 #   make charts     charts error over cost of the scenes into docs/frontier (an hour on two cores),
 #                   stores the settings that `run --error` uses, and brings the tables of
@@ -28,7 +29,7 @@ PARALLEL := -n $(JOBS) --maxprocesses 8 --dist worksteal
 # Coverage takes a third more CPU time by tracing, and hardly any by the monitoring of Python 3.12.
 TRACER := import sys; print('sysmon' if sys.version_info >= (3, 12) else 'ctrace')
 
-.PHONY: demo test test-long docs charts clean
+.PHONY: demo test test-long test-viewers docs charts clean
 
 demo: $(VENV)/.demo
 	mkdir -p $(OUT)
@@ -43,10 +44,13 @@ test: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	COVERAGE_CORE=$$($(BIN)/python -c "$(TRACER)") \
-		$(BIN)/python -m pytest -q -m "not long" $(PARALLEL) --durations=15 --cov --cov-report=term
+		$(BIN)/python -m pytest -q -m "not long and not viewers" $(PARALLEL) --durations=15 --cov --cov-report=term
 
 test-long: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -m long
+
+test-viewers: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -m viewers
 
 docs: $(VENV)/.docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet

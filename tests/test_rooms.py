@@ -42,6 +42,10 @@ ROOMS: dict[str, tuple[str, ...]] = {
         *("base", "atomic_files", "body", "world", "engine", "controllers.control_options"),
         *("run", "scenes", "__init__"),
     ),
+    "live": (
+        *("base", "atomic_files", "body", "world", "engine", "controllers", "run"),
+        "stage_exports",
+    ),
     "cli": ("the package",),
     "__init__": ("the package",),
     "__main__": ("cli",),

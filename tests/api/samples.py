@@ -11,7 +11,7 @@ import numpy as np
 
 import warp_softbody as wsb
 from tests.support.bodies import box
-from warp_softbody import characters, controllers, scenes, stage_exports
+from warp_softbody import characters, controllers, live, scenes, stage_exports
 from warp_softbody.controllers.motions.crawl import BELLY_PATCHES, HEAD, TAIL
 from warp_softbody.world.ground import Ground
 from warp_softbody.world.view import BodyView
@@ -251,6 +251,7 @@ def exports(folder: Path) -> Samples:
     return {
         "Movie": (stage_exports.Movie, {"path": folder / "a.gif", "scene": scene()}),
         "read_skin": (stage_exports.read_skin, {"path": stage}),
+        "HtmlTake": (live.HtmlTake, {"path": folder / "a.html", "scene": scene()}),
         "StageWriter": (
             stage_exports.StageWriter,
             {"path": folder / "a.usdc", "scene": scene()},

@@ -75,9 +75,12 @@ def test_every_module_is_there(python: Callable[..., str], installed: Path) -> N
 
 
 def test_a_scene_is_run(python: Callable[..., str], tmp_path: Path) -> None:
-    text = python("-m", "warp_softbody", "run", "cantilever", "--seconds", 0.1, "--json")
+    run = ("run", "cantilever", "--seconds", 0.1, "--json")
+    text = python("-m", "warp_softbody", *run)
     assert json.loads(text)["status"] == "complete"
     assert list(tmp_path.iterdir()) == []
+    python("-m", "warp_softbody", *run, "--html", "take.html")
+    assert (tmp_path / "take.html").stat().st_size > 100_000
 
 
 @pytest.mark.long

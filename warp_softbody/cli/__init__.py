@@ -18,6 +18,7 @@ from warp_softbody.cli import (
     recover_command,
     run_command,
     tune_command,
+    view_command,
 )
 from warp_softbody.cli.arguments import Parser
 from warp_softbody.cli.interruption import Interrupted, exit_code, interruptible
@@ -28,6 +29,7 @@ NOT_FINITE = 3
 COMMANDS = (
     list_command,
     run_command,
+    view_command,
     recover_command,
     convert_command,
     mesh_command,

@@ -21,8 +21,8 @@ def as_text(summary: RunSummary, more: Mapping[str, Any], *, asked_time_step: fl
         lines.append(("time step", _shortened(summary, asked_time_step, more["fps"])))
     if summary.unconverged_steps:
         lines.append(("unconverged", _unsettled(summary)))
-    paths = {"stage": summary.stage, "picture": more["picture"]}
-    paths |= {"movie": more["movie"], "plots": more["plots"]}
+    files = ("picture", "movie", "plots", "html")
+    paths = {"stage": summary.stage, **{name: more[name] for name in files}}
     lines += [(name, path) for name, path in paths.items() if path]
     return text_table(summary.headline, lines)
 

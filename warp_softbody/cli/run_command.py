@@ -1,4 +1,4 @@
-"""`warp-softbody run NAME` simulates a scene; it writes a stage, movie, picture and summary."""
+"""`warp-softbody run NAME` simulates a scene; it writes stage, movie, picture, page and summary."""
 
 from __future__ import annotations
 
@@ -53,6 +53,7 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         ("--picture", "F.png", "picture of the last frame"),
         ("--movie", "F.gif", "movie of the run (.gif or .mp4)"),
         ("--plots", "FOLDER", "plots of every step, .png and .csv"),
+        ("--html", "F.html", "page that plays the run in any browser, without a connection"),
     ):
         parser.add_argument(option, metavar=target, type=Path, help=text)
     parser.add_argument(
@@ -162,6 +163,8 @@ def _files(args: argparse.Namespace, plan: RunPlan) -> RunFiles:
         stage=args.out,
         movie=args.movie,
         picture=args.picture,
+        page=args.html,
+        name=plan.scene.name,
         camera=args.camera,
         size=args.size,
         physics=args.physics,
@@ -230,6 +233,7 @@ def _report(
         "picture": path(args.picture),
         "movie": path(args.movie),
         "plots": path(args.plots),
+        "html": path(args.html),
         **plan.recorded(simulation.model.options),
         "fps": args.fps,
         "settings": dict(plan.scene.settings),

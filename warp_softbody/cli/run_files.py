@@ -1,4 +1,4 @@
-"""`RunFiles` writes the files of a run: stage, movie and picture."""
+"""`RunFiles` writes the files of a run: stage, movie, picture and page."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from warp_softbody.inputs.extras import require_package
 from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
@@ -15,6 +16,9 @@ from warp_softbody.stage_exports.pictures.picture import Size, checked_size
 from warp_softbody.stage_exports.usd.physics_names import Profile
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.scene import Scene
+
+if TYPE_CHECKING:
+    from warp_softbody.live import HtmlTake
 
 
 class RunFiles:
@@ -35,6 +39,8 @@ class RunFiles:
         stage: Path | None = None,
         movie: Path | None = None,
         picture: Path | None = None,
+        page: Path | None = None,
+        name: str = "take",
         metadata: dict[str, str | float] | None = None,
         camera: CameraChoice = FOLLOW,
         size: Size | None = None,
@@ -50,12 +56,16 @@ class RunFiles:
         if picture is not None:
             checked_target(picture, extensions=(".png",))
         _require_drawing(movie, picture)
-        self._writers: list[StageWriter | Movie] = []
+        self._writers: list[StageWriter | Movie | HtmlTake] = []
         if stage is not None:
             writer = StageWriter(
                 stage, scene, fps=fps, metadata=metadata, camera=camera, physics=physics
             )
             self._writers.append(writer)
+        if page is not None:
+            from warp_softbody.live import HtmlTake
+
+            self._writers.append(HtmlTake(page, scene, fps=fps, name=name))
         if movie is not None:
             self._writers.append(Movie(movie, scene, fps=fps, camera=camera, **self._size))
 
