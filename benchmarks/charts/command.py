@@ -177,6 +177,8 @@ def _known(chart: Stored, kinds: Sequence[str]) -> str:
 def _values(chart: Stored, shipped: bool) -> str:
     texts = []
     for name, about in chart.note["functionals"].items():
+        if about.get("limit") is not None:
+            continue
         values = [chart.note["reference"]["functionals"][name]]
         if shipped and chart.note["default"].get(name):
             values.insert(0, float(chart.note["default"][name]))

@@ -11,9 +11,6 @@ from warp_softbody.body.character import Character
 from warp_softbody.stage_exports.measures import Measures
 from warp_softbody.stage_exports.usd.reader import Take
 
-CLEAR = 1e-3
-"""m above the floor from which a node counts as in the air."""
-
 
 def base(take: Take) -> npt.NDArray[np.bool_]:
     """Mask of the nodes on which the body stands at rest."""
@@ -32,7 +29,7 @@ def region_path(take: Take, character: Character, name: str) -> FloatArray:
 
 def airborne(take: Take) -> npt.NDArray[np.bool_]:
     """Frames in which no node is near the floor."""
-    return np.asarray(take.tet_points[:, :, 2].min(axis=1) > CLEAR)
+    return np.asarray(take.tet_points[:, :, 2].min(axis=1) > body_motion.CLEAR)
 
 
 def flights(take: Take) -> list[float]:
@@ -69,7 +66,7 @@ def leaning(take: Take, head: float) -> FloatArray:
 
 def lifted(take: Take) -> float:
     """Largest share of the base's nodes that is off the floor at once."""
-    return float((take.tet_points[:, base(take), 2] > CLEAR).mean(axis=1).max())
+    return float((take.tet_points[:, base(take), 2] > body_motion.CLEAR).mean(axis=1).max())
 
 
 def speed(take: Take, measures: Measures) -> FloatArray:

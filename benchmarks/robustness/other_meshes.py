@@ -9,7 +9,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from warp_softbody.characters import store
-from warp_softbody.characters.store_mesh import RECIPES
+from warp_softbody.characters.store_mesh import DRAWINGS
 
 OTHER_EDGES = {(1.06, "letter_x"): 0.93, (1.3, "letter_h"): 1.32, (1.3, "letter_x"): 1.35}
 """In place of a factor that leaves a letter dihedral angles below 9 degrees; the coarse letter X
@@ -21,14 +21,14 @@ def folder_of(meshes: Path, edges: float) -> Path:
     return meshes / f"{edges:g}"
 
 
-def make_meshes(meshes: Path, edges: float, letters: Iterable[str] = tuple(RECIPES)) -> None:
+def make_meshes(meshes: Path, edges: float, letters: Iterable[str] = tuple(DRAWINGS)) -> None:
     """Mesh the outlines of letters anew, with edges ``edges`` times as long.
 
     Raises:
         MissingExtraError: TetGen is not installed.
     """
     for name in letters:
-        recipe = RECIPES[name]
+        recipe = DRAWINGS[name]
         size = recipe.size * OTHER_EDGES.get((edges, name), edges)
         store.save(*replace(recipe, size=size).make(), folder_of(meshes, edges))
 

@@ -11,6 +11,7 @@ from benchmarks.gains.cases import changed_character
 from benchmarks.robustness.other_meshes import meshes_of
 from benchmarks.robustness.turned_world import turned_plan, turned_pushes
 from warp_softbody import scenes
+from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes import ScenePlan
@@ -35,6 +36,7 @@ class Variation:
         side: degrees by which the pushes alone are turned about it.
         settings: of the scene.
         options: of `SimulationOptions`, beside the time step.
+        control: of `ControlOptions`.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Variation:
     side: float = 0.0
     settings: Mapping[str, float] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
+    control: Mapping[str, Any] = field(default_factory=dict)
 
     def plan(self, scene: str, meshes: Path, make: Make = scenes.make) -> ScenePlan:
         """The scene so changed; the folder has the other meshes."""
@@ -69,7 +72,10 @@ class Variation:
             InputError: the engine refuses this combination.
         """
         options, fps = self.settings_of(plan)
-        return Simulation(plan.scene, plan.controller, options=options, fps=fps)
+        control = ControlOptions(**self.control)
+        return Simulation(
+            plan.scene, plan.controller, options=options, control_options=control, fps=fps
+        )
 
     def settings_of(self, plan: ScenePlan) -> tuple[SimulationOptions, float]:
         """Options of the engine and frames a second with which a plan is run."""

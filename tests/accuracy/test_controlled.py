@@ -11,7 +11,7 @@ from warp_softbody.accuracy.analysis.chart import Chart, Point
 from warp_softbody.accuracy.analysis.design import first_points, reference_family, useful
 from warp_softbody.accuracy.analysis.motion import MeasuredMotion, Ruler
 from warp_softbody.accuracy.analysis.reference import Reference, reference_of
-from warp_softbody.accuracy.analysis.tuning import MARGIN, choose
+from warp_softbody.accuracy.analysis.tuning import choose, margin
 from warp_softbody.accuracy.cases.case import ChartCase
 from warp_softbody.accuracy.cases.letter_rows import LETTERS
 from warp_softbody.accuracy.cases.settings import Settings
@@ -29,7 +29,8 @@ STEP_DOES, MESH_DOES, KNOB_DOES = 0.3, 5.4, 0.9
 def outcome(settings: Settings) -> RunOutcome:
     """A largest tilt that is off by the time step, the mesh and the tolerance; nothing else is."""
     off = STEP_DOES * 240.0 * settings.time_step
-    off += MESH_DOES * (settings.level == 0) + KNOB_DOES * (settings.tolerance == 1e-2)
+    off += MESH_DOES * 4.0**-settings.level * (settings.level <= 0)
+    off += KNOB_DOES * (settings.tolerance == 1e-2)
     work = 8.0**settings.level * (0.7 if settings.tolerance == 1e-2 else 1.0)
     return RunOutcome(
         status="complete",
@@ -79,7 +80,8 @@ def test_three_runs_make_a_reference(case: ChartCase) -> None:
         reference_of(chosen, {one: outcome_of(case) for one in family}, RULER)
         assert chosen.beside[1] == pytest.approx(0.5 * chosen.finest[1])
     family = reference_family(case)
-    assert len(family) == 3 and sum(one.level for one in family) == 1
+    assert len(family) == 3
+    assert sum(one.mesh == case.finest[0] for one in family) == 1
 
 
 def outcome_of(case: ChartCase) -> RunOutcome:
@@ -90,15 +92,15 @@ def outcome_of(case: ChartCase) -> RunOutcome:
 def test_tune_promises_what_the_reference_allows_and_no_less() -> None:
     made = chart()
     floor = (MESH_DOES + STEP_DOES) / 90.0
-    # the best point is the refined mesh as shipped else, off by the step: 4 less 2 of 1/240 s
-    best = 2.0 * STEP_DOES / 90.0
-    least = (best + floor) / MARGIN
-    assert choose(made, 1.0001 * least).settings.level == 1
+    # the best point is what is shipped, off by the mesh and the step: 4 less 2 of 1/240 s
+    best = (MESH_DOES + 2.0 * STEP_DOES) / 90.0
+    least = (best + floor) / margin(CASE)
+    assert choose(made, 1.0001 * least).settings == CASE.default
     with pytest.raises(InputError, match=r"the reference is only known to 6\.3%") as refused:
         choose(made, 0.9999 * least)
     # what the sentence names is held
     told = float(str(refused.value).rpartition(" is ")[2].rstrip("%")) / 100.0
-    assert least <= told < 1.1 * least and choose(made, told).settings.level == 1
+    assert least <= told < 1.1 * least and choose(made, told).settings == CASE.default
     # a wide bound is held by something cheaper than what is shipped
     loose = choose(made, 0.5)
     assert loose.cost < loose.default_cost and loose.uncertainty == pytest.approx(floor)
@@ -125,7 +127,7 @@ def test_nothing_of_nothing_is_no_error() -> None:
 
 
 def test_dear_values_are_not_combined() -> None:
-    """The refined mesh errs less for eight times the cost, beyond the case's reach."""
+    """A looser solve saves cost; a refined mesh that errs less costs more than the case's reach."""
     from warp_softbody.accuracy.analysis.design import Measured
 
     measured = [

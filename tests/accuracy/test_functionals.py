@@ -53,7 +53,8 @@ def test_angles_rolled_forward_and_back() -> None:
     assert value("rolled_furthest", rolled) == pytest.approx(450.0)
     assert value("rolled_back", rolled) == pytest.approx(150.0)
     turned = track("jump-t", about(2, angles), np.zeros((80, 3)))
-    assert value("heading", turned) == pytest.approx(300.0)
+    # on the floor all the time
+    assert value("turned_in_air", turned) == 0.0
     assert value("largest_tilt", turned) == pytest.approx(0.0, abs=1e-5)
 
 
@@ -93,10 +94,25 @@ def test_heights_of_belly_and_feet() -> None:
     assert value("arch", track("crawl-i-inchworm", turns, ways)) == pytest.approx(0.2)
     walking = track("walk-x", turns, np.zeros((3, 3)))
     for number in range(4):
-        # each foot higher than the one before, at another time
+        # each foot higher than the one before; the last one is still up when the run ends
         foot = walking.scene.character.region(f"foot_{number}")
-        walking.points[number % 3, foot, 2] += 0.01 * (number + 2)
-    assert value("foot_lift", walking) == pytest.approx(0.02)
+        walking.points[2 if number == 3 else 1, foot, 2] += 0.01 * (number + 2)
+    assert value("swing_height", walking) == pytest.approx(0.03)
+    # what is lifted by less than a fiftieth of the height is not swung
+    assert value("swing_height", track("walk-x", turns, 0.025 * ways)) == 0.0
+
+
+def test_turns_and_heights_in_the_air() -> None:
+    """On the floor for ten frames, then up and down while it turns by 40 degrees."""
+    height = np.concatenate([np.zeros(10), 0.3 * np.sin(np.linspace(0.0, np.pi, 21)), np.zeros(9)])
+    angle = np.interp(np.arange(40), [0, 11, 29, 39], [0.0, 10.0, 50.0, 60.0])
+    ways = np.stack([np.zeros(40), np.zeros(40), height], axis=1)
+    jumping = track("jump-t", about(2, angle), ways)
+    assert value("turned_in_air", jumping) == pytest.approx(40.0)
+    # 0.3 m times pi over 20 frames, by the difference over two of them
+    rate = 0.3 * np.sin(np.pi / 10.0) / 2.0 * 30.0
+    assert value("take_off_speed", jumping) == pytest.approx(rate)
+    assert value("take_off_speed", track("jump-t", *still())) == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("case", LETTERS, ids=lambda case: case.scene)

@@ -176,6 +176,7 @@ def engine(folder: Path) -> Samples:
             {"scene": scene(), "options": wsb.SimulationOptions()},
         ),
         "placed": (wsb.placed, {"character": muscled()}),
+        "characters.letter_x": (characters.letter_x, {"coarse": 1}),
         "characters.make": (characters.make, {"name": "letter_i"}),
         "Setting": (
             scenes.Setting,

@@ -10,6 +10,7 @@ from warp_softbody import characters
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh_geometry import inverse_edges
 from warp_softbody.characters import store
+from warp_softbody.characters.coarser_meshes import LONGER_EDGES
 from warp_softbody.characters.recipe import AXES
 from warp_softbody.errors import InputError
 
@@ -34,7 +35,10 @@ def letter(request: pytest.FixtureRequest) -> Character:
 
 def test_names() -> None:
     assert set(characters.names()) == set(PAPER)
-    assert set(store.names()) == set(MESHES.values())
+    coarser = {
+        f"{name}_coarse_{n + 1}" for name, edges in LONGER_EDGES.items() for n in range(len(edges))
+    }
+    assert set(store.names()) == set(MESHES.values()) | coarser
     with pytest.raises(InputError, match="there is no character 'letter_q'; there are: letter_h"):
         characters.make("letter_q")
 

@@ -32,7 +32,7 @@ RECIPE = Recipe(
 )
 
 
-def letter_f() -> Character:
+def letter_f(*, coarse: int = 0) -> Character:
     """Letter F, 1 m high on z = 0, with four longitudinal fibres in its stem.
 
     The foot is 0.4 (x) by 0.3 (y) by 0.1 (z) m and centred on the z axis. The stem, 0.28 m wide,
@@ -41,7 +41,7 @@ def letter_f() -> Character:
     -+, ++), the `head` (z >= 0.88 m), its upper face `head_top`, and the arms beyond the stem,
     `arm_upper` and `arm_lower`.
     """
-    mesh = load_mesh("letter_f")
+    mesh = load_mesh("letter_f", coarse)
     x, _, z = mesh.points.T
     arm = (x > 0.12 + EDGE) & (z > 0.44 - EDGE)
     masks = standing(mesh, head=0.88)

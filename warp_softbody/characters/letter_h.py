@@ -27,7 +27,7 @@ RECIPE = Recipe(
 LEGS = {"left": -0.26, "right": 0.26}
 
 
-def letter_h() -> Character:
+def letter_h(*, coarse: int = 0) -> Character:
     """Letter H, 1 m high on z = 0, each leg with four longitudinal fibres and a radial one.
 
     The legs are 0.28 (x) by 0.3 (y) m and stand 0.24 m apart; the bar is 0.2 m high. Regions: the
@@ -35,7 +35,7 @@ def letter_h() -> Character:
     x and y: --, +-, -+, ++), the feet `foot_left` (x < 0) and `foot_right`, the tips `head` of
     the legs (z >= 0.9 m; `head_left`, `head_right`), their upper faces `head_top`, and the `bar`.
     """
-    mesh = load_mesh("letter_h")
+    mesh = load_mesh("letter_h", coarse)
     x, _, z = mesh.points.T
     masks = standing(mesh, head=0.9)
     for name, side in (("left", x < 0.0), ("right", x > 0.0)):

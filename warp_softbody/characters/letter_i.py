@@ -33,7 +33,7 @@ RECIPE = Recipe(
 RING_HEIGHTS = (0.11, 0.24, 0.37, 0.5, 0.63, 0.76, 0.89)
 
 
-def letter_i() -> Character:
+def letter_i(*, coarse: int = 0) -> Character:
     """Letter I, 1 m high on z = 0 and centred on the z axis, with four longitudinal fibres.
 
     Base and head are 0.5 (x) by 0.3 (y) by 0.1 (z) m, the stem between them 0.3 by 0.3 m.
@@ -41,7 +41,7 @@ def letter_i() -> Character:
     +-, -+, ++; nodes on x = 0 or y = 0 belong to both sides), the `head` and its upper face
     `head_top`.
     """
-    return _letter("letter_i", (_longitudinal(),))
+    return _letter("letter_i", (_longitudinal(),), coarse)
 
 
 def letter_i_jump() -> Character:
@@ -58,8 +58,8 @@ def letter_i_surface() -> trimesh.Trimesh:
     return load_recipe("letter_i").surface()
 
 
-def _letter(name: str, muscles: tuple[MuscleGroup, ...]) -> Character:
-    mesh = load_mesh("letter_i")
+def _letter(name: str, muscles: tuple[MuscleGroup, ...], coarse: int = 0) -> Character:
+    mesh = load_mesh("letter_i", coarse)
     regions = select(standing(mesh, head=0.9))
     return Character(name=name, mesh=mesh, muscles=muscles, regions=regions)
 

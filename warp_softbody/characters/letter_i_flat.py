@@ -46,7 +46,7 @@ STRANDS = {
 }
 
 
-def letter_i_flat() -> Character:
+def letter_i_flat(*, coarse: int = 0) -> Character:
     """Letter I lying along x, head at +x, with four longitudinal fibres and a radial one.
 
     It is 1 m long and 0.1 m thick, its bars 0.4 m and its stem 0.2 m across (y). Regions: the
@@ -56,7 +56,7 @@ def letter_i_flat() -> Character:
     -+, ++). Fibres: `longitudinal_lower_right` (y < 0), `_lower_left`, `_upper_right`,
     `_upper_left`, and `radial` around the middle.
     """
-    mesh = load_mesh("letter_i_flat")
+    mesh = load_mesh("letter_i_flat", coarse)
     x, y, z = mesh.points.T
     belly = z < EDGE
     masks = {"belly": belly, "tail": x < -0.38 + EDGE, "head": x > 0.38 - EDGE}

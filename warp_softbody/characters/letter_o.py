@@ -33,7 +33,7 @@ RECIPE = Recipe(
 )
 
 
-def letter_o() -> Character:
+def letter_o(*, coarse: int = 0) -> Character:
     """Letter O, 1 m high on z = 0, with two concentric loops of fibres.
 
     The rim has 40 sides at a radius of 0.5 m, the hole 24 at 0.28 m; the ring is 0.3 m deep (y).
@@ -41,7 +41,7 @@ def letter_o() -> Character:
     the lowest point by +x and over the top, each before one segment of either loop (nodes between
     two parts belong to both).
     """
-    mesh = load_mesh("letter_o")
+    mesh = load_mesh("letter_o", coarse)
     loops = (_loop(f"loop_{name}", radius) for name, radius in LOOPS.items())
     return Character(
         name="letter_o", mesh=mesh, muscles=(group("loops", *loops),), regions=_rim(mesh)

@@ -19,7 +19,7 @@ RECIPE = Recipe(
 )
 
 
-def letter_t() -> Character:
+def letter_t(*, coarse: int = 0) -> Character:
     """Letter T, 1 m high on z = 0, with four longitudinal fibres and three helical ones.
 
     The stem is 0.32 by 0.32 m, the arms are 0.72 m across and 0.16 m high. The helices wind once
@@ -28,7 +28,7 @@ def letter_t() -> Character:
     the `head` (z >= 0.84 m), its upper face `head_top`, and the arms beyond the stem, `arm_left`
     (x < 0) and `arm_right`.
     """
-    mesh = load_mesh("letter_t")
+    mesh = load_mesh("letter_t", coarse)
     x = mesh.points[:, 0]
     masks = standing(mesh, head=0.84)
     masks |= {"arm_left": x < -0.16 - EDGE, "arm_right": x > 0.16 + EDGE}

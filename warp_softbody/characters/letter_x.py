@@ -44,7 +44,7 @@ RECIPE = Recipe(
 )
 
 
-def letter_x() -> Character:
+def letter_x(*, coarse: int = 0) -> Character:
     """Letter X on four feet, 1 m long and wide, four longitudinal and two radial fibres a limb.
 
     Seen from above it is an X; its limbs, 0.2 m wide and 0.18 m thick, slope from the middle, 0.2 m
@@ -52,7 +52,7 @@ def letter_x() -> Character:
     Regions: the undersides of all feet `base` and of each `foot_0` to `foot_3`, the `limb_0` to
     `limb_3` outside the middle, and the middle itself, `hub`, also called `head`.
     """
-    mesh = load_mesh("letter_x")
+    mesh = load_mesh("letter_x", coarse)
     x, y, z = mesh.points.T
     along = (abs(x) + abs(y)) * np.sqrt(0.5)
     base, hub = z < EDGE, along < 0.15 + EDGE

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.atomic_files import replacing
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.characters.coarser_meshes import stored_name
 from warp_softbody.characters.recipe import Recipe
 from warp_softbody.errors import InputError, OutputError
 
@@ -20,12 +21,13 @@ def names() -> list[str]:
     return sorted(Path(entry.name).stem for entry in DATA.iterdir() if entry.name.endswith(".npz"))
 
 
-def load_mesh(name: str) -> TetMesh:
-    """Stored mesh of a character.
+def load_mesh(name: str, coarse: int = 0) -> TetMesh:
+    """Stored mesh of a character, or one that is coarser (`coarser_meshes.py`).
 
     Raises:
-        InputError: there is no stored mesh of that name.
+        InputError: there is no stored mesh of that name, or none so coarse.
     """
+    name = stored_name(name, coarse)
     _check_name(name)
     with as_file(DATA / f"{name}.npz") as path, np.load(path) as arrays:
         return TetMesh.from_arrays(arrays["points"], arrays["tets"], source=f"character {name}")

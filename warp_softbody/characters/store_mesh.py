@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from warp_softbody.characters.coarser_meshes import coarser
 from warp_softbody.characters.letter_f import RECIPE as LETTER_F
 from warp_softbody.characters.letter_h import RECIPE as LETTER_H
 from warp_softbody.characters.letter_i import RECIPE as LETTER_I
@@ -20,9 +21,14 @@ from warp_softbody.characters.letter_x import RECIPE as LETTER_X
 from warp_softbody.characters.store import save
 from warp_softbody.errors import InputError, SoftBodyError
 
-RECIPES = {
+DRAWINGS = {
     recipe.name: recipe
     for recipe in (LETTER_F, LETTER_H, LETTER_I, LETTER_I_FLAT, LETTER_O, LETTER_T, LETTER_X)
+}
+"""Of the meshes that letters have where nothing is said."""
+
+RECIPES = {
+    recipe.name: recipe for drawing in DRAWINGS.values() for recipe in (drawing, *coarser(drawing))
 }
 
 

@@ -61,7 +61,9 @@ def plan_run(args: argparse.Namespace) -> RunPlan:
 
     tuned = stored_settings(args)
     plan = scenes.make(args.scene, scene_settings(args, tuned))
-    plan = replace(plan, scene=refined_scene(plan.scene, tuned.settings.level if tuned else 0))
+    plan = replace(
+        plan, scene=refined_scene(plan.scene, tuned.settings.refinements if tuned else 0)
+    )
     seconds = plan.seconds if args.seconds is None else args.seconds
     if seconds <= 0.5 / args.fps:
         raise InputError(f"--seconds {seconds:g} is less than half a frame at --fps {args.fps:g}")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from warp_softbody.accuracy.analysis.tuning import Tuned
     from warp_softbody.accuracy.cases.settings import Settings
 
-SCENE_KNOBS = ("cells", "patches")
+SCENE_KNOBS = ("cells", "patches", "coarse")
 """Knobs that are settings of the scene."""
 
 

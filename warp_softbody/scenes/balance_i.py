@@ -8,6 +8,7 @@ from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_i
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.balance import Balance, BalanceGains
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
@@ -49,9 +50,9 @@ PUSH = replace(PUSH_SETTINGS[0], default=0.5)
 """One that topples the QP in which touching contacts hold still."""
 
 
-def balancing_letter() -> Character:
+def balancing_letter(coarse: float = 0.0) -> Character:
     """Letter I, firmer, with stronger muscles, and of a volume that hardly changes."""
-    letter = letter_i()
+    letter = letter_i(coarse=int(coarse))
     material = replace(
         letter.material,
         volume="exact",
@@ -66,7 +67,7 @@ def balancing_letter() -> Character:
 
 def build(values: Values) -> tuple[Scene, Balance]:
     """The letter on a floor, a push at its head, and the balance controller."""
-    character = balancing_letter()
+    character = balancing_letter(values["coarse"])
     scene = Scene(
         character=character,
         ground=Plane(friction=values["friction"]),
@@ -78,7 +79,7 @@ def build(values: Values) -> tuple[Scene, Balance]:
 RECIPE = SceneRecipe(
     name="balance-i",
     description="letter I recovers from a push at its head",
-    settings=(PUSH, *PUSH_SETTINGS[1:]),
+    settings=(PUSH, *PUSH_SETTINGS[1:], coarse_setting("letter_i")),
     build=build,
     seconds=6.0,
     time_step=1.0 / 60.0,

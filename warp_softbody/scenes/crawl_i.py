@@ -9,6 +9,7 @@ from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.characters import letter_i_flat
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
@@ -45,13 +46,13 @@ FORWARD = DirectionalFriction(region="belly", factors=(1.0, 1.0, 10.0, 1.0))
 
 FRICTION = replace(PUSH_SETTINGS[-1], default=0.2)
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
-SETTINGS = (PUSH, PUSH_SETTINGS[1], FRICTION)
+SETTINGS = (PUSH, PUSH_SETTINGS[1], FRICTION, coarse_setting("letter_i_flat"))
 START = 1.566  # sqrt(L/g)
 
 
-def crawling_letter(strengths: tuple[float, float]) -> Character:
+def crawling_letter(strengths: tuple[float, float], coarse: float = 0.0) -> Character:
     """Flat letter I with muscles of strengths in E (longitudinal, radial) and a rough belly."""
-    letter = letter_i_flat()
+    letter = letter_i_flat(coarse=int(coarse))
     muscles = tuple(
         replace(group, strength=strength * letter.material.young_modulus)
         for group, strength in zip(letter.muscles, strengths, strict=True)
@@ -84,12 +85,12 @@ def _build(
 
 def build_earthworm(values: Values) -> tuple[Scene, Crawl]:
     """Shorten and lengthen along the ground."""
-    return _build(values, crawling_letter(EARTHWORM_STRENGTH), EARTHWORM)
+    return _build(values, crawling_letter(EARTHWORM_STRENGTH, values["coarse"]), EARTHWORM)
 
 
 def build_inchworm(values: Values) -> tuple[Scene, Crawl]:
     """Arch and stretch; the upper muscles may not contract."""
-    character = crawling_letter(INCHWORM_STRENGTH)
+    character = crawling_letter(INCHWORM_STRENGTH, values["coarse"])
     material = replace(character.material, stiffness_damping=INCHWORM_DAMPING)
     character = replace(character, material=material)
     return _build(values, character, INCHWORM, segments_of(character, "longitudinal_upper"))

@@ -9,6 +9,7 @@ from warp_softbody.characters import letter_h
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.exercise import Exercise, ExerciseGains, Sway
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
@@ -39,9 +40,9 @@ a tenth of the accelerations turn at 1/30 s; it falls with three iterations belo
 quarter of the step with 5."""
 
 
-def exercising_letter() -> Character:
+def exercising_letter(coarse: float = 0.0) -> Character:
     """Letter H whose volume hardly changes, with stronger muscles."""
-    letter = letter_h()
+    letter = letter_h(coarse=int(coarse))
     strength = STRENGTH * letter.material.young_modulus
     muscles = tuple(replace(group, strength=strength) for group in letter.muscles)
     material = replace(letter.material, volume="exact", poisson_ratio=POISSON_RATIO)
@@ -50,7 +51,7 @@ def exercising_letter() -> Character:
 
 def build(values: Values) -> tuple[Scene, Exercise]:
     """The letter on a floor, and four periods of its exercise."""
-    character = exercising_letter()
+    character = exercising_letter(values["coarse"])
     scene = Scene(
         character=character,
         ground=Plane(friction=values["friction"]),
@@ -68,7 +69,11 @@ def path_in_si(scene: Scene) -> tuple[Sway, float]:
 RECIPE = SceneRecipe(
     name="exercise-h",
     description="letter H sways from side to side",
-    settings=(replace(PUSH_SETTINGS[0], default=0.0), *PUSH_SETTINGS[1:]),
+    settings=(
+        replace(PUSH_SETTINGS[0], default=0.0),
+        *PUSH_SETTINGS[1:],
+        coarse_setting("letter_h"),
+    ),
     build=build,
     seconds=9.5,
     time_step=1.0 / 60.0,

@@ -12,6 +12,7 @@ from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.balance import BalanceGains
 from warp_softbody.controllers.motions.jump import Jump
 from warp_softbody.controllers.motions.jump_gains import JumpGains
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
@@ -74,13 +75,14 @@ HOPS = 4
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 PUSH_SECONDS = PUSH_SETTINGS[1]
+COARSE = coarse_setting("letter_i")
 START = 1.566  # sqrt(L/g)
 START_AFTER_PUSH = 3.132  # sqrt(L/g)
 
 
-def jumping_letter() -> Character:
+def jumping_letter(coarse: float = 0.0) -> Character:
     """Letter I with stronger muscles, less damping and a volume that hardly changes."""
-    letter = letter_i()
+    letter = letter_i(coarse=int(coarse))
     strength = STRENGTH * letter.material.young_modulus
     return replace(
         letter,
@@ -101,7 +103,7 @@ def sole(character: Character) -> tuple[int, ...]:
 
 
 def _scene(values: Values) -> Scene:
-    character = jumping_letter()
+    character = jumping_letter(values["coarse"])
     return Scene(
         character=character,
         ground=Plane(friction=values["friction"]),
@@ -132,7 +134,7 @@ def build_in_place(values: Values) -> tuple[Scene, Jump]:
 JUMP_I = SceneRecipe(
     name="jump-i",
     description="letter I hops forward four times and lands on its base",
-    settings=(PUSH, PUSH_SECONDS, FRICTION),
+    settings=(PUSH, PUSH_SECONDS, FRICTION, COARSE),
     build=build_forward,
     seconds=8.5,
     time_step=1.0 / 60.0,
@@ -146,6 +148,7 @@ JUMP_I_IN_PLACE = SceneRecipe(
         PUSH,
         PUSH_SECONDS,
         FRICTION,
+        COARSE,
     ),
     build=build_in_place,
     seconds=8.0,

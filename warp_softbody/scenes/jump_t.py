@@ -9,6 +9,7 @@ from warp_softbody.characters import letter_t
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.jump import Jump
 from warp_softbody.controllers.motions.jump_gains import JumpGains
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.jump_i import IN_PLACE, LANDING, START, sole, start
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
@@ -42,9 +43,9 @@ FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 
 
-def twisting_letter() -> Character:
+def twisting_letter(coarse: float = 0.0) -> Character:
     """Letter T with stronger muscles and less damping."""
-    letter = letter_t()
+    letter = letter_t(coarse=int(coarse))
     strength = STRENGTH * letter.material.young_modulus
     return replace(
         letter,
@@ -65,7 +66,7 @@ def jumper(gains: JumpGains, start: float = START) -> Jump:
 
 def build(values: Values) -> tuple[Scene, Jump]:
     """One jump on the spot, anticlockwise seen from above."""
-    character = twisting_letter()
+    character = twisting_letter(values["coarse"])
     scene = Scene(
         character=character,
         ground=Plane(friction=values["friction"]),
@@ -77,7 +78,7 @@ def build(values: Values) -> tuple[Scene, Jump]:
 RECIPE = SceneRecipe(
     name="jump-t",
     description="letter T jumps, turns in the air and lands on its foot",
-    settings=(PUSH, PUSH_SETTINGS[1], FRICTION),
+    settings=(PUSH, PUSH_SETTINGS[1], FRICTION, coarse_setting("letter_t")),
     build=build,
     seconds=4.5,
     time_step=1.0 / 60.0,

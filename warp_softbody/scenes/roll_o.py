@@ -11,6 +11,7 @@ from warp_softbody.characters import letter_o
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.roll import Roll
 from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS
 from warp_softbody.world.ground import Plane
@@ -43,11 +44,12 @@ FRICTION = PUSH_SETTINGS[-1]
 PATCHES = Setting(
     name="patches", whole=True, default=6, low=4, high=8, help="contacts that the plan knows"
 )
+SETTINGS = (FRICTION, PATCHES, coarse_setting("letter_o"))
 
 
-def rolling_letter() -> Character:
+def rolling_letter(coarse: float = 0.0) -> Character:
     """Letter O with stronger muscles, more damping and a volume that hardly changes."""
-    letter = letter_o()
+    letter = letter_o(coarse=int(coarse))
     strength = STRENGTH * letter.material.young_modulus
     muscles = tuple(replace(group, strength=strength) for group in letter.muscles)
     material = replace(letter.material, volume="exact", stiffness_damping=STIFFNESS_DAMPING)
@@ -55,7 +57,8 @@ def rolling_letter() -> Character:
 
 
 def _build(values: Values, legs: tuple[Leg, ...]) -> tuple[Scene, Roll]:
-    scene = Scene(character=rolling_letter(), ground=Plane(friction=values["friction"]))
+    character = rolling_letter(values["coarse"])
+    scene = Scene(character=character, ground=Plane(friction=values["friction"]))
     return scene, Roll(GAINS, legs=legs, rim="rim", patches=int(values["patches"]))
 
 
@@ -72,7 +75,7 @@ def build_return(values: Values) -> tuple[Scene, Roll]:
 ROLL_O = SceneRecipe(
     name="roll-o",
     description="letter O rolls right by 390 degrees and stops",
-    settings=(FRICTION, PATCHES),
+    settings=SETTINGS,
     build=build,
     seconds=10.0,
     time_step=1.0 / 60.0,
@@ -81,7 +84,7 @@ ROLL_O = SceneRecipe(
 ROLL_O_RETURN = SceneRecipe(
     name="roll-o-return",
     description="letter O rolls right by 220 degrees, stops and rolls back",
-    settings=(FRICTION, PATCHES),
+    settings=SETTINGS,
     build=build_return,
     seconds=14.0,
     time_step=1.0 / 60.0,

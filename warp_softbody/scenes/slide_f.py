@@ -11,6 +11,7 @@ from warp_softbody.characters import letter_f
 from warp_softbody.characters.fibers import QUADRANTS
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.slide import Slide, SlideGains
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
@@ -38,13 +39,13 @@ DELAYED_START = 2.505  # sqrt(L/g): 0.3 s after the pull begins
 RIM = tuple(f"rim_{i}" for i in range(4))
 
 
-def sliding_letter() -> Character:
+def sliding_letter(coarse: float = 0.0) -> Character:
     """Letter F with regions for the left and right edges of its foot, each in two halves.
 
     A patch acts at the mean of its nodes; on quadrants of the foot the plan would know only half of
     the torque that the foot can bear.
     """
-    letter = letter_f()
+    letter = letter_f(coarse=int(coarse))
     base = letter.region("base")
     x, y, _ = letter.mesh.points[base].T
     edge = np.abs(x) > np.abs(x).max() - 1e-6
@@ -74,7 +75,7 @@ def growing_pull(character: Character, strongest: float) -> tuple[Push, ...]:
 
 
 def _build(values: Values, side: float, start: float) -> tuple[Scene, Slide]:
-    character = sliding_letter()
+    character = sliding_letter(values["coarse"])
     scene = Scene(
         character=character,
         ground=Plane(friction=values["friction"]),
@@ -111,6 +112,7 @@ SETTINGS = (
     replace(PUSH_SETTINGS[0], default=0.0),
     PUSH_SETTINGS[1],
     replace(PUSH_SETTINGS[2], default=0.1),
+    coarse_setting("letter_f"),
 )
 
 SLIDE_F = SceneRecipe(

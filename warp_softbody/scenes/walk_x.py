@@ -8,6 +8,7 @@ from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_x
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Gait, Walk, WalkGains
+from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
@@ -51,9 +52,9 @@ PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 PUSH_SECONDS = PUSH_SETTINGS[1]
 
 
-def walking_letter() -> Character:
+def walking_letter(coarse: float = 0.0) -> Character:
     """Letter X of a stiffer material whose volume hardly changes, with stronger muscles."""
-    letter = letter_x()
+    letter = letter_x(coarse=int(coarse))
     changes = {"young_modulus": STIFFNESS, "poisson_ratio": POISSON_RATIO}
     return replace(
         letter,
@@ -63,7 +64,7 @@ def walking_letter() -> Character:
 
 
 def _build(values: Values, gains: WalkGains, gait: Gait) -> tuple[Scene, Walk]:
-    character = walking_letter()
+    character = walking_letter(values["coarse"])
     scene = Scene(
         character=character,
         ground=Plane(friction=values["friction"]),
@@ -85,7 +86,7 @@ def build_fast(values: Values) -> tuple[Scene, Walk]:
 WALK_X = SceneRecipe(
     name="walk-x",
     description="letter X walks, one foot at a time",
-    settings=(PUSH, PUSH_SECONDS, FRICTION),
+    settings=(PUSH, PUSH_SECONDS, FRICTION, coarse_setting("letter_x")),
     build=build_slow,
     seconds=7.5,
     time_step=1.0 / 60.0,
@@ -94,7 +95,7 @@ WALK_X = SceneRecipe(
 WALK_X_FAST = SceneRecipe(
     name="walk-x-fast",
     description="letter X walks faster, two feet at a time",
-    settings=(PUSH, PUSH_SECONDS, FRICTION),
+    settings=(PUSH, PUSH_SECONDS, FRICTION, coarse_setting("letter_x")),
     build=build_fast,
     seconds=5.5,
     time_step=1.0 / 60.0,

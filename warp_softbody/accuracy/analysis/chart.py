@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from warp_softbody.accuracy.analysis.design import (
 from warp_softbody.accuracy.analysis.motion import Ruler, motion_of
 from warp_softbody.accuracy.analysis.reference import Reference, reference_of, time_limit
 from warp_softbody.accuracy.cases.case import ChartCase
+from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.track import body_size
 from warp_softbody.accuracy.runs.journal import RunJournal
@@ -62,7 +64,15 @@ class Point:
     def eligible(self) -> bool:
         """Whether it may stand on the frontier."""
         good = self.solver == "ours" and self.error is not None
-        return good and self.outcome.unconverged <= SETTLED
+        return good and self.outcome.unconverged <= SETTLED and self.sound
+
+    @property
+    def sound(self) -> bool:
+        """Whether all that has to stay small does."""
+        return all(
+            value <= (FUNCTIONALS[name].limit or math.inf)
+            for name, value in self.outcome.functionals.items()
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

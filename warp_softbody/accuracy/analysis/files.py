@@ -114,7 +114,9 @@ def as_dict(chart: Chart) -> dict[str, Any]:
             else "root mean square distance of material points over all frames, by the body's size"
         ),
         "functionals": {
-            name: {key: getattr(FUNCTIONALS[name], key) for key in ("text", "unit", "scale")}
+            name: {
+                key: getattr(FUNCTIONALS[name], key) for key in ("text", "unit", "scale", "limit")
+            }
             for name in case.functionals
         },
         "reference": chart.reference.to_dict(),

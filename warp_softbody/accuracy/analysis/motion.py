@@ -75,9 +75,14 @@ class Ruler:
         return float(np.sqrt((apart**2).sum(axis=2).mean())) / self.size
 
     def differences(self, motion: MeasuredMotion, reference: MeasuredMotion) -> dict[str, float]:
-        """Of each functional, relative to its scale; infinite where that is 0, as of a height."""
+        """Of each functional, relative to its scale; infinite where that is 0, as of a height.
+
+        Those with a limit are no outcomes, and are left out.
+        """
         found = {}
         for name, value in reference.functionals.items():
+            if FUNCTIONALS[name].limit is not None:
+                continue
             apart = abs(motion.functionals[name] - value)
             scale = FUNCTIONALS[name].scale or abs(value)
             found[name] = apart / scale if scale else (np.inf if apart else 0.0)

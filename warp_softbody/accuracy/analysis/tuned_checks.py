@@ -62,7 +62,7 @@ def _option(knob: str, default: Any) -> Check:
 
 SETTINGS: Mapping[str, Check] = {
     "cells": _or_none(_whole(0, 1000)),
-    "level": _whole(0, 3),
+    "level": _whole(-3, 3),
     "patches": _or_none(_whole(1, 1000)),
     **{one.name: _option(one.name, one.default) for one in fields(Settings) if one.name in OPTIONS},
 }

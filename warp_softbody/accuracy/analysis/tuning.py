@@ -13,9 +13,12 @@ from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
     from warp_softbody.accuracy.analysis.chart import Chart, Point
+    from warp_softbody.accuracy.cases.case import ChartCase
 
 MARGIN = 0.8
-"""Share of the bound that the error and the reference's own uncertainty together may take."""
+"""Share of the bound that the error and the reference's own uncertainty together may take, of a
+passive body. Of a controlled one they may take it all: nothing is extrapolated there, so that what
+the last refinement changes, of which the method leaves a third, counts whole."""
 ALIKE = 0.1
 """Costs that differ by less than this share count as equal: then the fewest changes are best."""
 SHOWN = 4
@@ -71,6 +74,11 @@ class Tuned:
         )
 
 
+def margin(case: ChartCase) -> float:
+    """Share of the bound that error and uncertainty may take."""
+    return 1.0 if case.controlled else MARGIN
+
+
 def choose(chart: Chart, bound: float) -> Tuned:
     """The cheapest point that holds ``bound`` with the margin, of those alike the plainest.
 
@@ -82,13 +90,15 @@ def choose(chart: Chart, bound: float) -> Tuned:
     scene, floor = chart.case.scene, chart.reference.uncertainty
     own = set(reference_family(chart.case))
     eligible = [point for point in chart.points if point.eligible and point.settings not in own]
-    holding = [point for point in eligible if _holds(point, bound, floor)]
+    allowed = margin(chart.case)
+    holding = [point for point in eligible if _error(point) + floor <= allowed * bound]
     if not holding:
+        said = " with the margin" if allowed < 1.0 else ""
         best = min((_error(point) for point in eligible), default=math.inf)
         raise InputError(
-            f"no settings of {scene!r} hold {_percent(bound)} with the margin: the best point is "
+            f"no settings of {scene!r} hold {_percent(bound)}{said}: the best point is "
             f"off by {_percent(best)}, and the reference is only known to {_percent(floor)}; the "
-            f"least bound that can be held is {_percent(_above((best + floor) / MARGIN))}"
+            f"least bound that can be held is {_percent(_above((best + floor) / allowed))}"
         )
     chosen, default = _plainest(chart, holding), chart.default
     return Tuned(
@@ -112,10 +122,6 @@ def _plainest(chart: Chart, holding: list[Point]) -> Point:
     least = min(point.outcome.cost for point in holding)
     alike = [point for point in holding if point.outcome.cost <= (1.0 + ALIKE) * least]
     return min(alike, key=lambda p: (p.settings.changes(default), p.outcome.cost))
-
-
-def _holds(point: Point, bound: float, floor: float) -> bool:
-    return _error(point) + floor <= MARGIN * bound
 
 
 def _error(point: Point) -> float:
@@ -144,7 +150,7 @@ def _left_out(chart: Chart, chosen: Point) -> list[str]:
         if p.solver == "ours" and not p.eligible and p.outcome.cost < chosen.outcome.cost
     ]
     if unsettled:
-        told.append(f"{len(unsettled)} cheaper points whose steps did not settle, or that failed")
+        told.append(f"{len(unsettled)} cheaper points that did not settle, shake or failed")
     return told
 
 

@@ -13,6 +13,9 @@ from warp_softbody.arrays import BoolArray, FloatArray
 LOWEST = 1e-6
 """m within which nodes are level at rest."""
 
+CLEAR = 1e-3
+"""m above the floor from which a node counts as in the air."""
+
 MIDDLE = 0.07
 """m to either side of the middle of a lying body."""
 

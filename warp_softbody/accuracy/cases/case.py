@@ -12,6 +12,8 @@ from warp_softbody.engine.options import NamedElements, NamedTangent
 Mesh = tuple["int | None", int]
 """Cells and level, as in `Settings`."""
 
+COARSEST: Mesh = (None, -2)
+COARSER: Mesh = (None, -1)
 OWN: Mesh = (None, 0)
 FINER: Mesh = (None, 1)
 FINEST: Mesh = (None, 2)

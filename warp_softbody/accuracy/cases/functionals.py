@@ -20,12 +20,15 @@ class Functional:
         unit: of it.
         text: what it is, for people.
         scale: what an error is relative to; None for the reference's own value.
+        limit: for what has to stay small and is no outcome: the most that a motion may have of it,
+            to be offered; such a number is no part of an error.
         of: measures it.
     """
 
     unit: str
     text: str
     scale: float | None = None
+    limit: float | None = None
     of: Callable[[Track], float]
 
 
@@ -57,10 +60,6 @@ def _rebound(track: Track) -> float:
     return _peak(heights[int(heights[: len(heights) // 2].argmin()) :])
 
 
-def _apex(track: Track) -> float:
-    return _peak(track.centers[:, 2]) - float(track.centers[0, 2])
-
-
 def _peak(heights: FloatArray) -> float:
     """Largest value of the parabola through the largest sample and its neighbours."""
     top = int(heights.argmax())
@@ -85,9 +84,6 @@ FUNCTIONALS = {
         unit="m", text="way of the centre of mass along x", scale=1.0, of=_way_ahead
     ),
     "rebound": Functional(unit="m", text="height of the centre after the bounce", of=_rebound),
-    "apex": Functional(
-        unit="m", text="rise of the centre of mass above its start", scale=1.0, of=_apex
-    ),
     "top_height": Functional(unit="m", text="last height of the top body", of=_top_height),
     "gone": Functional(unit="m", text="way of the centre of mass along x", of=_way_ahead),
     "slipped": Functional(unit="m", text="way back", scale=1.0, of=letters.slipped),
@@ -110,12 +106,19 @@ FUNCTIONALS = {
         of=letters.sway_error,
     ),
     "swing": Functional(unit="m", text="half the way to and fro", of=letters.swing),
-    "arch": Functional(unit="m", text="largest height of the belly's middle", of=letters.arch),
-    "foot_lift": Functional(
-        unit="m", text="height of the foot that is lifted least", of=letters.foot_lift
+    "arch": Functional(
+        unit="m", text="mean height of the arches of the belly's middle", of=letters.arch
     ),
-    "heading": Functional(
-        unit="degrees", text="turn about the vertical", scale=90.0, of=letters.heading
+    "swing_height": Functional(
+        unit="m", text="mean height to which a foot is swung", of=letters.swing_height
+    ),
+    "turned_in_air": Functional(
+        unit="degrees", text="turn about the vertical in the air", of=letters.turned_in_air
+    ),
+    "take_off_speed": Functional(
+        unit="m/s",
+        text="largest speed at which the centre of mass rises",
+        of=letters.take_off_speed,
     ),
     "rolled": Functional(
         unit="degrees", text="angle rolled at the end", scale=360.0, of=letters.rolled
@@ -125,5 +128,17 @@ FUNCTIONALS = {
     ),
     "rolled_back": Functional(
         unit="degrees", text="angle rolled back", scale=360.0, of=letters.rolled_back
+    ),
+    "volume": Functional(
+        unit="",
+        text="largest change of the volume, as a share",
+        limit=0.03,
+        of=lambda track: track.soundness.volume,
+    ),
+    "reversals": Functional(
+        unit="",
+        text="share of accelerations that turn against those before",
+        limit=0.1,
+        of=lambda track: track.soundness.reversals,
     ),
 }

@@ -10,6 +10,9 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.scenes import exercise_h
 
 UPRIGHT = 5.0  # degrees
+LIFTED = 0.0076
+"""m, 2 % of the height of letter X, from which on a foot counts as swung."""
+
 FEET = ("foot_0", "foot_1", "foot_2", "foot_3")
 
 
@@ -74,20 +77,46 @@ def slipped(track: Track) -> float:
 
 
 def arch(track: Track) -> float:
-    """Largest height of the lowest node under the middle of a lying body, m."""
-    return float(body_motion.belly_middle(_rest(track), track.points).max())
+    """Mean over its arches of the largest height under the middle of a lying body, m.
+
+    The height is that of the lowest node; an arch is higher than half of the highest.
+    """
+    height = body_motion.belly_middle(_rest(track), track.points)
+    return _mean_top([height], 0.5 * float(height.max()))
 
 
-def foot_lift(track: Track) -> float:
-    """Largest height of the lowest node of a foot, of the foot that is lifted least, m."""
+def swing_height(track: Track) -> float:
+    """Mean over all swings of all feet of the largest height of a foot's lowest node, m.
+
+    A swing that the run cuts off is none. How high single feet come is something else: where the
+    body leans, one foot is higher by what another one lacks, and the lean is measured by itself.
+    """
     character = track.scene.character
     feet = body_motion.lowest(track.points, [character.region(name) for name in FEET])
-    return float(feet.max(axis=0).min())
+    return _mean_top(list(feet.T), LIFTED)
 
 
-def heading(track: Track) -> float:
-    """Degrees about the vertical at the end."""
-    return float(_turned(track, 2)[-1])
+def _mean_top(heights: list[FloatArray], clear: float) -> float:
+    """Mean of the largest heights of all times above ``clear`` that end; 0 where there are none."""
+    tops = [
+        float(height[begin:end].max())
+        for height in heights
+        for begin, end in body_motion.spans(height > clear)
+        if end < len(height)
+    ]
+    return float(np.mean(tops)) if tops else 0.0
+
+
+def turned_in_air(track: Track) -> float:
+    """Degrees about the vertical from the first frame in the air to the last."""
+    frames = np.flatnonzero(track.points[:, :, 2].min(axis=1) > body_motion.CLEAR)
+    turn = _turned(track, 2)
+    return float(turn[frames[-1]] - turn[frames[0]]) if len(frames) else 0.0
+
+
+def take_off_speed(track: Track) -> float:
+    """Largest speed at which the centre of mass rises, m/s, by central differences."""
+    return float(np.gradient(track.centers[:, 2], track.times).max())
 
 
 def rolled(track: Track) -> float:

@@ -31,7 +31,8 @@ class Settings:
 
     Attributes:
         cells: the scene's setting of that name; None for its default, or where it has none.
-        level: how often every tet of that mesh is cut into eight.
+        level: how often every tet of that mesh is cut into eight; below 0, how much coarser a mesh
+            than usual the scene is asked for by its setting `coarse`.
         patches: the scene's setting of that name; None for its default, or where it has none.
         preconditioner: "factor" or "two-level".
     """
@@ -70,6 +71,16 @@ class Settings:
         return self.cells, self.level
 
     @property
+    def coarse(self) -> int | None:
+        """The scene's setting of that name; None for its usual mesh."""
+        return -self.level if self.level < 0 else None
+
+    @property
+    def refinements(self) -> int:
+        """How often every tet is cut into eight."""
+        return max(0, self.level)
+
+    @property
     def possible(self) -> bool:
         """Whether the engine has this combination."""
         return self.elements == "linear" or self.tangent != "exact"
@@ -92,10 +103,10 @@ class Settings:
         from warp_softbody import scenes
         from warp_softbody.world.refined_scene import refined_scene
 
-        own = {"cells": self.cells, "patches": self.patches}
+        own = {"cells": self.cells, "patches": self.patches, "coarse": self.coarse}
         chosen = {name: value for name, value in own.items() if value is not None}
         plan = scenes.make(scene, {**given, **chosen})
-        return replace(plan, scene=refined_scene(plan.scene, self.level))
+        return replace(plan, scene=refined_scene(plan.scene, self.refinements))
 
     def changes(self, other: Settings) -> int:
         """How many knobs are not as in the other."""
@@ -132,6 +143,8 @@ def shown(knob: str, value: Any) -> str:
     """A knob's value for people: time steps as fractions of a second."""
     if value is None:
         return "as shipped"
+    if knob == "level" and value < 0:
+        return f"{value} (coarser)"
     if knob == "time_step":
         fraction = Fraction(value).limit_denominator(100_000)
         return f"{fraction} s" if fraction.numerator == 1 else f"{value:.4g} s"

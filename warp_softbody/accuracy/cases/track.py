@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,6 +16,19 @@ NEAREST = 64
 
 
 @dataclass(frozen=True, kw_only=True)
+class Soundness:
+    """What has to stay small in every motion, seen at 60 frames a second.
+
+    Attributes:
+        volume: largest change of the volume of all bodies, as a share of it.
+        reversals: share of the nodes' accelerations that turn against those of the frame before.
+    """
+
+    volume: float
+    reversals: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Track:
     """A body, or several, over time.
 
@@ -24,12 +37,14 @@ class Track:
         times: (f,) s.
         points: (f, n, 3) m, all nodes.
         masses: (n,) kg.
+        soundness: what was seen of it between the frames.
     """
 
     scene: Scene
     times: FloatArray
     points: FloatArray
     masses: FloatArray
+    soundness: Soundness = field(default_factory=lambda: Soundness(volume=0.0, reversals=0.0))
 
     @property
     def centers(self) -> FloatArray:

@@ -9,8 +9,10 @@ from warp_softbody import scenes
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 from warp_softbody.accuracy.cases.track import MaterialPointTracker, Track, material_points
 from warp_softbody.accuracy.runs.job import Job
+from warp_softbody.accuracy.runs.soundness_monitor import SoundnessMonitor
 from warp_softbody.arrays import FloatArray
 from warp_softbody.world.scene import Scene
+from warp_softbody.world.view import BodyView
 
 
 class Recording:
@@ -25,11 +27,18 @@ class Recording:
         self._masses = masses
         self._times: list[float] = []
         self._frames: list[FloatArray] = []
+        watched = any(FUNCTIONALS[name].limit is not None for name in job.functionals)
+        self._monitor = SoundnessMonitor(scene) if watched else None
 
     def add(self, time: float, positions: FloatArray) -> None:
         """Keep a frame."""
         self._times.append(time)
         self._frames.append(positions)
+
+    def see(self, view: BodyView) -> None:
+        """Look at a step, where anything is measured that frames are too far apart to show."""
+        if self._monitor is not None:
+            self._monitor.see(view)
 
     def functionals(self) -> dict[str, float]:
         """Values of those asked for."""
@@ -38,6 +47,7 @@ class Recording:
             times=np.array(self._times),
             points=np.stack(self._frames),
             masses=self._masses,
+            **({} if self._monitor is None else {"soundness": self._monitor.seen()}),
         )
         return {name: FUNCTIONALS[name].of(track) for name in self._names}
 

@@ -12,7 +12,7 @@ from warp_softbody.accuracy.runs.outcome import RunOutcome, refused
 if TYPE_CHECKING:
     from warp_softbody.engine.model import Model
 
-REPEATS, ENOUGH = 3, 2.0
+REPEATS, ENOUGH = 3, 1.0
 """Runs of a point, while they have taken less CPU time than so many s; the least cost counts."""
 
 
@@ -52,6 +52,7 @@ def _run(job: Job, like: Model | None = None) -> tuple[RunOutcome, Model]:
     """A run and its model, which shares what it can with that of another."""
     from warp_softbody.accuracy.runs.footprint import array_bytes
     from warp_softbody.accuracy.runs.recording import Recording
+    from warp_softbody.accuracy.runs.soundness_monitor import FPS as SEEN
     from warp_softbody.errors import InputError, NotFiniteError
     from warp_softbody.run.run_settings import whole_steps
     from warp_softbody.run.simulation import Simulation
@@ -70,10 +71,11 @@ def _run(job: Job, like: Model | None = None) -> tuple[RunOutcome, Model]:
     )
     recording = Recording(job, plan.scene, simulation.model.masses)
     steps, _ = whole_steps(settings.time_step, FPS)
-    spent, timed = 0.0, 0
+    spent, timed, every = 0.0, 0, max(1, round(1.0 / (SEEN * settings.time_step)))
     setup = time.process_time() - begun
     status = "complete"
     recording.add(0.0, simulation.view().positions)
+    recording.see(simulation.view())
     try:
         for number in range(1, steps * round(job.seconds * FPS) + 1):
             begun = time.process_time()
@@ -83,6 +85,8 @@ def _run(job: Job, like: Model | None = None) -> tuple[RunOutcome, Model]:
                 setup += taken
             else:
                 spent, timed = spent + taken, timed + 1
+            if number % every == 0:
+                recording.see(simulation.view())
             if number % steps == 0:
                 recording.add(simulation.time, simulation.view().positions)
     except (NotFiniteError, InputError) as error:
