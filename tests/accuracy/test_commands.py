@@ -13,12 +13,13 @@ from typing import Any
 import pytest
 
 from tests.accuracy.inline import Inline
-from warp_softbody.accuracy.analysis import picture, store
+from warp_softbody.accuracy.analysis import store
 from warp_softbody.accuracy.cases import functionals, table
 from warp_softbody.accuracy.cases.case import TIME_STEPS
 from warp_softbody.accuracy.cases.functionals import Functional
 from warp_softbody.accuracy.cases.track import Track
 from warp_softbody.cli import chart_command, main, tune_command
+from warp_softbody.inputs import extras
 
 TINY = replace(
     table.CASES["cantilever"],
@@ -239,7 +240,7 @@ def test_mistakes_are_one_sentence(
     ):
         code, out, err = answer(capsys, *arguments)
         assert (code, out, err.count("\n")) == (2, "", 1) and sentence in err
-    monkeypatch.setattr(picture, "find_spec", lambda name: None)
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
     code, _, err = answer(capsys, "chart", "cantilever")
     assert code == 2 and "pip install 'warp-softbody[charts]'" in err
 
