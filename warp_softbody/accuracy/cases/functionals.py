@@ -96,7 +96,6 @@ FUNCTIONALS = {
     "upright_again": Functional(
         unit="s",
         text="time from which the tilt stays below 5 degrees",
-        scale=1.0,
         of=letters.upright_again,
     ),
     "sway_error": Functional(
