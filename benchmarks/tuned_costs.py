@@ -27,7 +27,7 @@ from warp_softbody.accuracy.runs.outcome import RunOutcome
 from warp_softbody.accuracy.runs.running import run_job
 
 BEGIN = "<!-- tuned costs: written by python -m benchmarks.tuned_costs, from here -->"
-END = "<!-- to here -->"
+END = "<!-- tuned costs: to here -->"
 SECONDS = 2.5
 """Simulated at most: the crouch of a jump, a cycle of a crawl, eight swings of a walk."""
 

@@ -31,7 +31,7 @@ from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.engine.options import SimulationOptions
 
 BEGIN = "<!-- tuned motions: written by python -m benchmarks.tuned_motions, from here -->"
-END = "<!-- to here -->"
+END = "<!-- tuned motions: to here -->"
 
 UNSEEN = {
     variation.name: variation
