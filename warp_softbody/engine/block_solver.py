@@ -21,6 +21,7 @@ from warp_softbody.kernels.linear.codes import BlockCounter, VelocityConstraint
 from warp_softbody.kernels.precision import BLOCK
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.preconditioner import make_preconditioner
+from warp_softbody.linear.renewal import Renewal
 
 BLOCK_COST = 3
 """Cost of an iteration of a block in units of one for a single right-hand side."""
@@ -60,6 +61,7 @@ class BlockSolver:
         self._tolerance = model.array([tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
         self._preconditioner = make_preconditioner(model.system, *matrix)
+        self._renewal = Renewal(self._preconditioner, model.system)
         # contact is not in this matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(
             model.array(
@@ -84,7 +86,7 @@ class BlockSolver:
         self._work = self._room
         self._views = HostViews()
         self._last_rows = 0
-        self._graphs: dict[tuple[bool, int], Any] = {}
+        self._graphs: dict[int, Any] = {}
 
     def _use(self, count: int) -> None:
         """Begin anew with as many of the blocks as hold a number of rows."""
@@ -107,13 +109,12 @@ class BlockSolver:
         if len(rows) != self._last_rows:
             self._use(len(rows))
         self._views.write(self._work["j"], self._to_blocks(rows))
-        renew = self._preconditioner.stale
-        key = (renew, len(self._work["j"]))
-        if key not in self._graphs:
-            self._graphs[key] = captured(model.options.device, lambda: self._launch(renew))
-        wp.capture_launch(self._graphs[key])
-        if renew:
-            self._preconditioner.renewed()
+        self._renewal.choose()
+        blocks = len(self._work["j"])
+        if blocks not in self._graphs:
+            self._graphs[blocks] = captured(model.options.device, self._launch)
+        wp.capture_launch(self._graphs[blocks])
+        self._renewal.done()
         iterations = int(self._views.read(self._counters)[BlockCounter.ITERATIONS])
         self._preconditioner.used(BLOCK_COST * iterations, fresh=BLOCK_COST)
         return iterations, self._solution(len(rows))
@@ -144,11 +145,10 @@ class BlockSolver:
         device = self._stepper.model.options.device
         launch(kernel, dim, inputs, outputs, device)
 
-    def _launch(self, renew: bool) -> None:
+    def _launch(self) -> None:
         model, a, k = self._stepper.model, self._stepper.model.arrays, self._kernels
         w, blocks = self._work, len(self._work["j"])
-        if renew:
-            self._preconditioner.renew(self._unbound)
+        self._renewal.launch(self._unbound)
         self._preconditioner.prepare(self._unbound)
         size = [model.system.chunk, model.node_count]
         rows = [a.masses.fixed, a.pattern.row_start, a.pattern.column, a.masses.damped_mass]

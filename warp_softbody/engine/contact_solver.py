@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import warp as wp
 
 from warp_softbody.device.host_view import HostView
@@ -27,6 +27,7 @@ from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.pcg import ConjugateGradients
 from warp_softbody.linear.preconditioner import make_preconditioner
+from warp_softbody.linear.renewal import Renewal
 
 FRESH_ITERATIONS = 3
 """Iterations of one pass that even a fresh factor would need."""
@@ -107,7 +108,7 @@ class ContactSolver:
             self._pairs.find(state, contacts.pairs)
             self._renewing = self.preconditioner.stale
 
-    def launch_first(self, state: State, contacts: Contacts, renew: bool) -> None:
+    def launch_first(self, state: State, contacts: Contacts, renewal: Renewal) -> None:
         """Launch the first solve of a step, with the modes of the last one."""
         self._solver.counters.zero_()
         if self.newton is not None:
@@ -115,7 +116,7 @@ class ContactSolver:
         self._add_pair_frictions(contacts)
         self._solver.set_target(self.right)
         self._ground.detect(state)
-        self._launch_pass(state, contacts, renew=renew, first=True)
+        self._launch_pass(state, contacts, renewal=renewal, first=True)
 
     def launch_newton(
         self,
@@ -193,14 +194,14 @@ class ContactSolver:
         state: State,
         contacts: Contacts,
         *,
-        renew: bool = False,
+        renewal: Renewal | None = None,
         first: bool = False,
     ) -> None:
         """Launch a solve with the modes as they are, and what follows from it for bodies."""
         self._ground.impose(contacts, self.change)
         freedom = Freedom(self._solver.kinds, self._solver.axes, contacts.slip_stiffness)
-        if renew:
-            self.preconditioner.renew(freedom)
+        if renewal is not None:
+            renewal.launch(freedom)
         self.preconditioner.prepare(freedom)
         rows = None
         if self._pairs is not None and contacts.pairs is not None:
@@ -269,37 +270,39 @@ class ContactSolver:
 
     def read_statistics(self, *, renewed: bool, resolved: bool, fastest: float) -> StepStatistics:
         """What the step took; the arguments are passed on."""
-        counters = self._read_counters()
+        # as Python's own numbers: one by one NumPy's take as long as a kernel
+        counters: list[int] = self._read_counters().tolist()
         passes = counters[Counter.PASSES] + counters[Counter.EARLIER_PASSES]
-        passes = max(self._model.options.newton_iterations, int(passes))
-        iterations = int(counters[Counter.TOTAL_ITERATIONS])
+        passes = max(self._model.options.newton_iterations, passes)
+        iterations = counters[Counter.TOTAL_ITERATIONS]
         if self._renewing:
             # no preconditioner knows of pairs, so more is left to the iteration
             self._fresh = max(FRESH_ITERATIONS, iterations / passes)
-        converged = int(counters[Counter.UNCONVERGED]) == 0
+        converged = counters[Counter.UNCONVERGED] == 0
         fresh = int(self._fresh * passes)
         self.preconditioner.used(iterations, fresh=fresh, converged=converged)
-        options, scalars = self._model.options, self._read_scalars()
+        options = self._model.options
+        scalars: list[float] = self._read_scalars().tolist()
         target, floor = scalars[Scalar.TARGET_SQUARE], scalars[Scalar.FLOOR_SQUARE]
-        eased = float(np.sqrt(target / floor)) if 0.0 < floor < target < np.inf else 1.0
+        eased = math.sqrt(target / floor) if 0.0 < floor < target < math.inf else 1.0
         dt = options.time_step
-        signorini, coulomb = (float(v) / dt for v in self._ground.read_violations())
-        settled = int(counters[Counter.CHANGED]) == 0
+        signorini, coulomb = self._ground.read_violations().tolist()
+        settled = counters[Counter.CHANGED] == 0
         halvings, stalls = (0, 0) if self.newton is None else self.newton.read()
         worst = None if settled or self._pairs is None else self._pairs.worst()
         return StepStatistics(
             iterations=iterations,
             passes=passes,
-            touching=int(counters[Counter.TOUCHING]),
+            touching=counters[Counter.TOUCHING],
             residual=options.solver_tolerance * eased,
             renewed=renewed,
             converged=converged,
             contact_converged=settled,
-            finite=bool(np.isfinite(scalars[Scalar.LAST_SQUARE])),
+            finite=math.isfinite(scalars[Scalar.LAST_SQUARE]),
             resolved=resolved,
             fastest=fastest,
-            signorini=signorini,
-            coulomb=coulomb,
+            signorini=signorini / dt,
+            coulomb=coulomb / dt,
             worst_node=-1 if settled else self._ground.worst_node(),
             worst_pair=worst,
             halvings=halvings,

@@ -29,6 +29,7 @@ from warp_softbody.engine.step_statistics import StepClock, StepStatistics
 from warp_softbody.inputs import checks
 from warp_softbody.kernels.contact.step_ends import make_step_ends
 from warp_softbody.kernels.muscles import make_muscles
+from warp_softbody.linear.renewal import Renewal
 
 Part = Literal["assembly", "solve", "contact"]
 PARTS: tuple[Part, ...] = get_args(Part)
@@ -84,7 +85,7 @@ class Stepper:
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
         self.contact = ContactSolver(model, self.assembly)
-        self._renewed = False
+        self._renewal = Renewal(self.contact.preconditioner, model.system)
         self.assembled: State | None = None
         self._graphs: dict[tuple[Any, ...], Any] = {}
         self._phase_graphs: dict[int, Any] = {}
@@ -175,7 +176,7 @@ class Stepper:
         """Do on the host what precedes the solve, and no graph can hold."""
         if self._muscles is not None and isinstance(control, Control):
             check_tensions(self._views.read(control.rest_lengths))
-        self._renewed = self.contact.preconditioner.stale
+        self._renewal.choose()
         self.contact.find_pairs(state, contacts)
 
     def _run(
@@ -190,22 +191,20 @@ class Stepper:
         if parts == ("assembly",):
             self._run_assembly(state)
             return
-        renew = self._renewed and "solve" in parts
 
         def launch_parts() -> None:
             launches: dict[Part, Callable[[], None]] = {
                 "assembly": lambda: self._launch_assembly(state),
-                "solve": lambda: self._launch_solve(state, control, contacts, renew),
+                "solve": lambda: self._launch_solve(state, control, contacts),
                 "contact": lambda: self._launch_contact(state, control, contacts, after),
             }
             for part in parts:
                 launches[part]()
 
-        key = (*parts, "renew") if renew else parts
         ends = (after,) if "contact" in parts else ()
-        self._replay(key, (state, control, contacts, *ends), launch_parts)
-        if renew:
-            self.contact.preconditioner.renewed()
+        self._replay(parts, (state, control, contacts, *ends), launch_parts)
+        if "solve" in parts:
+            self._renewal.done()
 
     def account(self) -> Account:
         """What all steps so far did to the bodies' momentum, and contact to their energy."""
@@ -254,16 +253,14 @@ class Stepper:
             has_muscles=int(self._muscles is not None),
         )
 
-    def _launch_solve(
-        self, state: State, control: Control, contacts: Contacts, renew: bool
-    ) -> None:
+    def _launch_solve(self, state: State, control: Control, contacts: Contacts) -> None:
         m, a, k, contact = self.model, self.model.arrays, self._ends, self.contact
         self._launch_muscle_forces(control)
         inputs = [a.step.factors, int(m.options.follows_time_error), self._known_forces(control)]
         inputs += [state.velocities, state.increments, contacts.friction_forces]
         outputs = [contact.sides, contact.velocity_update, contact.start]
         self._launch(k.right_side, m.node_count, inputs, outputs)
-        contact.launch_first(state, contacts, renew)
+        contact.launch_first(state, contacts, self._renewal)
 
     def _launch_muscle_forces(self, control: Control, *, again: bool = False) -> None:
         """Tensions from the lengths last found, and their forces by corner."""
@@ -333,4 +330,5 @@ class Stepper:
     def _read_statistics(self) -> StepStatistics:
         reach, speed = self._read_extremes().tolist()
         resolved = reach < self._most_reach
-        return self.contact.read_statistics(renewed=self._renewed, resolved=resolved, fastest=speed)
+        renewed = self._renewal.due
+        return self.contact.read_statistics(renewed=renewed, resolved=resolved, fastest=speed)

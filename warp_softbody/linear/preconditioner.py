@@ -20,6 +20,11 @@ class Preconditioner(Protocol):
     """Symmetric and positive definite on the velocities that contact leaves free."""
 
     @property
+    def renewable(self) -> bool:
+        """Whether ``renew`` launches anything."""
+        ...
+
+    @property
     def stale(self) -> bool:
         """Whether ``renew`` is due."""
         ...
@@ -62,6 +67,8 @@ class WarpedFactor:
     It is stale when the iterations that a fresh factor would have saved would have paid for it; a
     count, not a clock, so that runs repeat.
     """
+
+    renewable = True
 
     def __init__(self, system: LinearSystem, values: Any, node_rotations: Any) -> None:
         """Arrays for the factor of the matrix in ``values``; nothing is computed yet."""
@@ -125,6 +132,7 @@ class TwoLevel:
     nodes, and is factorised once.
     """
 
+    renewable = False
     stale = False
 
     def __init__(

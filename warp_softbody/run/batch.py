@@ -93,6 +93,7 @@ class Batch:
                     method=method,
                     name=f"{name} {member.index}",
                     like=self._simulations[0].model if self._simulations else None,
+                    timed=False,
                 )
             )
         self.fps = self._simulations[0].fps

@@ -34,7 +34,9 @@ class Pushes:
         """
         scene, dt = self._model.scene, self._model.options.time_step
         begins, ends = self._times
-        near = np.flatnonzero((begins < time + dt) & (ends > time)).tolist()
+        near = []
+        if len(begins):
+            near = np.flatnonzero((begins < time + dt) & (ends > time)).tolist()
         shares = [(scene.pushes[i], scene.pushes[i].share(time, time + dt)) for i in near]
         acting = [(push, share) for push, share in shares if share > 0.0]
         applied = [force for force in self.applied if force.acts]

@@ -12,6 +12,9 @@ from warp_softbody.run.run_account import Findings
 PARTS = ("assembly", "solve", "contact", "control", "export")
 """Of a step, in the order in which they are told."""
 
+WHOLE = "whole"
+"""The part of steps whose parts are not timed apart."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
@@ -58,7 +61,8 @@ class RunSummary:
         step_ms: spread by part, and "all"; "assembly" is rotations, forces and matrix, "solve" the
             linear solve with last step's contact modes, "contact" what finding the modes took
             beyond it, "control" the reduced dynamics and the QPCC, "export" writing and drawing,
-            shared by the steps of a frame.
+            shared by the steps of a frame; of steps that are not timed part by part "whole" is all
+            of the engine.
         tets, nodes, segments, patches: sizes.
         qps_per_step, cg_iterations, contact_passes: counts per step.
         residuals: median and 95th percentile of what the linear solves were asked for, of their
@@ -119,6 +123,7 @@ class RunSummary:
     def lines(self) -> list[tuple[str, str]]:
         """What a reader wants to know first, as pairs of a short name and a text."""
         whole, part = self.step_ms["all"], self.step_ms
+        names = (*PARTS, WHOLE) if WHOLE in part else PARTS
         steps = round(self.simulated_seconds / self.time_step)
         rest = [("at rest", f"{self.slept_steps} of {steps} steps left out")]
         halved = [("newton", self._halved(steps))]
@@ -134,7 +139,7 @@ class RunSummary:
                 f"{whole.median:.2f} ms median, {whole.p95:.2f} ms p95, "
                 f"for {1e3 * self.time_step:.4g} ms of motion",
             ),
-            ("parts", ", ".join(f"{p} {part[p].median:.2f}" for p in PARTS) + " ms (medians)"),
+            ("parts", ", ".join(f"{p} {part[p].median:.2f}" for p in names) + " ms (medians)"),
             (
                 "body",
                 f"{self.tets} tets, {self.nodes} nodes, {self.segments} muscle segments, "

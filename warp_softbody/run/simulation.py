@@ -31,7 +31,7 @@ from warp_softbody.run.continuation import copy_motion, require_same_bodies
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
-from warp_softbody.run.run_summary import RunSummary
+from warp_softbody.run.run_summary import WHOLE, RunSummary
 from warp_softbody.run.sleep import Sleep
 from warp_softbody.run.step_log import StepLog
 from warp_softbody.run.step_record import StepObserver, StepRecord
@@ -70,6 +70,7 @@ class Simulation:
         name: str = "scene",
         after: Simulation | None = None,
         like: Model | None = None,
+        timed: bool = True,
     ) -> None:
         """Build the model.
 
@@ -87,6 +88,8 @@ class Simulation:
                 forces and observers stay behind.
             like: a model whose constant arrays are shared as far as they are the same
                 (`build_model`).
+            timed: whether the parts of steps are timed apart, for the summary; a step that no
+                controller decides in takes less without.
         """
         begun = time.perf_counter()
         checks.instance("scene of a Simulation", scene, Scene)
@@ -102,6 +105,7 @@ class Simulation:
             fps=fps,
             method=method,
         )
+        self._timed = checks.truth("timed of a Simulation", timed)
         self._steps_per_frame = settings.steps_per_frame
         self.model = build_model(scene, settings.options, like=like)
         self.control_options = settings.control_options
@@ -258,10 +262,12 @@ class Simulation:
         if wanted is None and self._control_solver is not None:
             # known before the step, whose matrix then has no muscles in it
             self._set_lengths(SLACK * self.model.muscles.rest_lengths)
+        # what a controller decides in is several graphs anyway
+        timed = self._timed or wanted is not None
         statistics = self.stepper.step(
             *(self._state, self.control, self.contacts, self._after),
             decide=None if wanted is None else lambda: self._decide(*wanted),
-            clock=clock,
+            clock=clock if timed else None,
         )
         self._refuse_nonsense(statistics)
         begun = self.time
@@ -269,7 +275,7 @@ class Simulation:
         self._account.note(statistics, begun)
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
-        clock.mark("contact")
+        clock.mark("contact" if timed else WHOLE)
         self._log.note(statistics, self._decision, clock, first=self._steps == 1)
         if self._observers:
             self._show(statistics, begun, clock)

@@ -19,7 +19,7 @@ class StepLog:
         setup: s, building the model, and the first step, which loads kernels and captures graphs.
         wall: s, from the first step on.
         exporting: s, of the wall time, that the receiver of frames took.
-        seconds: s, of each part in each step but the first.
+        seconds: s, of each part in each step but the first, as in `RunSummary.step_ms`.
         renewals, unkicked, unconverged, stalled: steps, as in `RunSummary`.
         halvings: of Newton steps.
         patches: most in a step.
@@ -66,7 +66,7 @@ class StepLog:
             return
         self.wall += clock.total
         for part, seconds in clock.seconds.items():
-            self.seconds[part].append(seconds)
+            self.seconds.setdefault(part, []).append(seconds)
         self.iterations.append(statistics.iterations)
         self.passes.append(statistics.passes)
         self.residuals.append(statistics.residual)
@@ -77,7 +77,7 @@ class StepLog:
         """Add the wall time that the receiver of the last frame took, shared by its steps."""
         self.wall += seconds
         self.exporting += seconds
-        recorded = len(self.seconds["solve"])
+        recorded = len(self.iterations)
         missing = recorded - len(self.seconds["export"])
         self.seconds["export"] += [seconds / max(1, missing)] * missing
 
