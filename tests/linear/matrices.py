@@ -12,6 +12,7 @@ from tests.verification import reference
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.linear.block_ldlt import Freedom
 from warp_softbody.linear.preconditioner import Preconditioner, make_preconditioner
@@ -52,7 +53,9 @@ def freedom_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Freedom:
 def factor_of(body: Rig, kinds: Any = 0, slip: Any = 0.0) -> Preconditioner:
     """The preconditioner of the matrix as assembled, on what contact leaves free."""
     assembly, freedom = body.stepper.assembly, freedom_of(body, kinds, slip)
-    factor = make_preconditioner(body.model.system, assembly.values, assembly.node_rotations)
+    factor = make_preconditioner(
+        body.model.system, assembly.values, assembly.node_rotations, Workspace()
+    )
     factor.renew(freedom)
     factor.prepare(freedom)
     return factor

@@ -7,6 +7,7 @@ import pytest
 import warp as wp
 
 from tests.support.bodies import box, crumpled, numbers, rig
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.options import Precision
 from warp_softbody.kernels.precision import BLOCK
 from warp_softbody.linear.block_ldlt import Freedom
@@ -67,7 +68,7 @@ def test_panels_solve_as_the_blocks_do(precision: Precision) -> None:
     body.place(crumpled(mesh))
     body.stepper.assemble(body.state)
     assembly, model, n = body.stepper.assembly, body.model, len(mesh.points)
-    factor = WarpedFactor(model.system, assembly.values, assembly.node_rotations)
+    factor = WarpedFactor(model.system, assembly.values, assembly.node_rotations, Workspace())
     freedom = Freedom(
         model.zeros(n, wp.int32),
         model.zeros(n, model.types.vec3),

@@ -10,6 +10,7 @@ import warp as wp
 
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
+from warp_softbody.device.workspace import WorkPart, Workspace
 from warp_softbody.engine.implicit_muscles import ImplicitMuscles
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
@@ -52,21 +53,22 @@ class Assembly:
         muscles: those that the matrix knows; None where there are none.
     """
 
-    def __init__(self, model: Model) -> None:
-        """Allocate for a model."""
+    def __init__(self, model: Model, workspace: Workspace) -> None:
+        """Take arrays for a model out of a workspace."""
+        work = workspace.part("assembly", model.allocator)
         types, n, m, options = model.types, model.node_count, model.tet_count, model.options
         self._model = model
         self._elasticity = make_elasticity(options.precision)
         muscular = model.segment_count > 0
         implicit = muscular and options.muscles == "implicit"
-        self.muscles = ImplicitMuscles(model) if implicit else None
+        self.muscles = ImplicitMuscles(model, workspace) if implicit else None
         self._muscular = int(muscular and not implicit)
-        self.rotations = model.zeros(m, types.mat33)
-        self.area_rows = model.zeros(m, types.mat33) if self._muscular else None
-        self.values = model.zeros(len(model.topology.column), types.mat33)
-        self.node_rotations = model.zeros(n, types.mat33)
-        self.impulses = model.zeros(n, types.vec3)
-        self.momentum = model.zeros(n, types.vec3)
+        self.rotations = work.zeros(m, types.mat33)
+        self.area_rows = work.zeros(m, types.mat33) if self._muscular else None
+        self.values = work.zeros(len(model.topology.column), types.mat33)
+        self.node_rotations = work.zeros(n, types.mat33)
+        self.impulses = work.zeros(n, types.vec3)
+        self.momentum = work.zeros(n, types.vec3)
         where = (options.device, options.precision)
         native = options.native_code
         self._lanes = rotation_lanes_on(*where) if native else None
@@ -75,19 +77,19 @@ class Assembly:
         # of every group of matrices that are turned side by side; no two threads share one
         self._edge_count = len(model.topology.edge_slots)
         most = max(m, n, self._edge_count)
-        self._odd = model.zeros(most if self._lanes else 0, wp.int32)
+        self._odd = work.zeros(most if self._lanes else 0, wp.int32)
         # one more than there are: native code reads vectors of three as four numbers
-        self._gradients = model.zeros(4 * m + 1, types.vec3)
-        self._forces = model.zeros(4 * m + 1, types.vec3)
+        self._gradients = work.zeros(4 * m + 1, types.vec3)
+        self._forces = work.zeros(4 * m + 1, types.vec3)
         self._exact_volume: Any = None
         if any(part.material.volume == "exact" for part in model.materials):
             self._exact_volume = make_exact_volume(options.precision)
-            self._volume_gradients = model.zeros(4 * m + 1, types.vec3)
+            self._volume_gradients = work.zeros(4 * m + 1, types.vec3)
         self._tangent: Any = None
         self._smoothing: Any = None
         if options.tangent != "warped":
             self._tangent = make_tangent(options.precision)
-            self._couplings = model.zeros(4 * m, types.mat33)
+            self._couplings = work.zeros(4 * m, types.mat33)
             self._tangent_kind = int(TangentKind[options.tangent.upper()])
             side_by_side = self._lanes is not None and options.tangent == "conserving"
             made = make_tangent_lanes(options.precision) if side_by_side else None
@@ -95,22 +97,22 @@ class Assembly:
             if self._exact_volume is not None:
                 self._volume_tangent = make_volume_tangent(options.precision)
                 twisted = self._tangent_kind == TangentKind.EXACT
-                self._twists = model.zeros(4 * m if twisted else 0, types.vec3)
+                self._twists = work.zeros(4 * m if twisted else 0, types.vec3)
         if options.elements == "smoothed":
-            self._allocate_smoothing(model)
+            self._allocate_smoothing(model, work)
 
-    def _allocate_smoothing(self, model: Model) -> None:
+    def _allocate_smoothing(self, model: Model, work: WorkPart) -> None:
         types, n, m = model.types, model.node_count, model.tet_count
         self._smoothing = make_smoothing(model.options.precision)
-        self._deformations = model.zeros(m, types.mat33)
-        self._edge_stresses = model.zeros(self._edge_count, types.mat33)
-        self._edge_rotations = model.zeros(self._edge_count, types.mat33)
+        self._deformations = work.zeros(m, types.mat33)
+        self._edge_stresses = work.zeros(self._edge_count, types.mat33)
+        self._edge_rotations = work.zeros(self._edge_count, types.mat33)
         linear = any(part.material.volume == "linear" for part in model.materials)
-        self._node_stresses = model.zeros(n if linear else 0, types.mat33)
-        self._turned_gradients = model.zeros(16 * m if linear else 0, types.vec3)
+        self._node_stresses = work.zeros(n if linear else 0, types.mat33)
+        self._turned_gradients = work.zeros(16 * m if linear else 0, types.vec3)
         if self._exact_volume is not None:
             self._smoothed_volume = make_smoothed_volume(model.options.precision)
-            self._pressures = model.zeros(n, types.scalar)
+            self._pressures = work.zeros(n, types.scalar)
             self._smoothed_state = struct_of(
                 self._smoothed_volume.SmoothedState,
                 deformations=self._deformations,

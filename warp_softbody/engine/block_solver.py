@@ -60,7 +60,7 @@ class BlockSolver:
         self._counters = model.zeros(len(BlockCounter), wp.int32)
         self._tolerance = model.array([tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
-        self._preconditioner = make_preconditioner(model.system, *matrix)
+        self._preconditioner = make_preconditioner(model.system, *matrix, stepper.workspace)
         self._renewal = Renewal(self._preconditioner, model.system)
         # contact is not in this matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(
@@ -76,12 +76,15 @@ class BlockSolver:
         """Work arrays for a number of blocks of rows, and no graphs yet."""
         model = self._stepper.model
         block = model.types.block
-        sizes = dict.fromkeys(("j", "x", "r", "z", "p", "q", "half"), 3 * model.node_count)
+        sizes = dict.fromkeys(("j", "r", "z", "p", "q", "half"), 3 * model.node_count)
         sizes |= dict.fromkeys(("rr", "rz", "pq"), model.system.chunk_count)
         sizes |= {"stretch": 6 * model.tet_count, "maps": max(1, model.segment_count)}
         scalars = ("target", "old product", "product", "curvature", "response")
-        self._room = {name: model.zeros((blocks, size), block) for name, size in sizes.items()}
-        self._room |= {name: model.zeros(blocks, block) for name in scalars}
+        work = self._stepper.workspace.part("block solver", model.allocator)
+        self._room = {name: work.zeros((blocks, size), block) for name, size in sizes.items()}
+        self._room |= {name: work.zeros(blocks, block) for name in scalars}
+        # where the next step begins
+        self._room["x"] = model.zeros((blocks, 3 * model.node_count), block)
         self._blocks = blocks
         self._work = self._room
         self._views = HostViews()

@@ -12,6 +12,7 @@ import warp as wp
 from warp_softbody.device.host_view import HostView
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.assembly import Assembly
 from warp_softbody.engine.ground_contact import GroundContact
 from warp_softbody.engine.model import Model
@@ -22,6 +23,7 @@ from warp_softbody.engine.rigid_balance import RigidBalance
 from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.engine.turning import Flown, Turning
+from warp_softbody.inputs.records import unchecked
 from warp_softbody.kernels.contact.step_ends import make_step_ends
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.linear.block_ldlt import Freedom
@@ -52,7 +54,7 @@ class ContactSolver:
         turning: of bodies in flight.
     """
 
-    def __init__(self, model: Model, assembly: Assembly) -> None:
+    def __init__(self, model: Model, assembly: Assembly, workspace: Workspace) -> None:
         """Work arrays for the matrix that ``assembly`` makes."""
         types, n = model.types, model.node_count
         self._model = model
@@ -64,7 +66,7 @@ class ContactSolver:
         self.change = model.zeros(n, types.vec3)
         self._velocities = model.zeros(n if model.scene.has_pairs else 0, types.vec3)
         self.preconditioner = make_preconditioner(
-            model.system, assembly.values, assembly.node_rotations
+            model.system, assembly.values, assembly.node_rotations, workspace
         )
         self._solver = ConjugateGradients(model.system, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start
@@ -290,7 +292,8 @@ class ContactSolver:
         settled = counters[Counter.CHANGED] == 0
         halvings, stalls = (0, 0) if self.newton is None else self.newton.read()
         worst = None if settled or self._pairs is None else self._pairs.worst()
-        return StepStatistics(
+        return unchecked(
+            StepStatistics,
             iterations=iterations,
             passes=passes,
             touching=counters[Counter.TOUCHING],

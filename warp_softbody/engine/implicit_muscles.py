@@ -11,6 +11,7 @@ import warp as wp
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.fiber_lanes import CORNER_PAIRS, fiber_lanes_on
 from warp_softbody.kernels.implicit_muscles import make_implicit_muscles
@@ -32,8 +33,9 @@ class ImplicitMuscles:
         rest_rows: (m,) mat33, rows V0 g_a of the corners 1 to 3.
     """
 
-    def __init__(self, model: Model) -> None:
-        """Allocate for a model with muscles."""
+    def __init__(self, model: Model, workspace: Workspace) -> None:
+        """Take arrays for a model with muscles out of a workspace."""
+        work = workspace.part("implicit muscles", model.allocator)
         types, layout = model.types, model.muscles
         scalar, pairs = types.scalar, len(layout.pair_tet)
         self._model = model
@@ -57,24 +59,24 @@ class ImplicitMuscles:
         )
         self._state = struct_of(
             self._kernels.FiberState,
-            deformations=model.zeros(model.tet_count, types.mat33),
-            stretches=model.zeros(pairs, scalar),
-            rates=model.zeros(pairs, types.vec3),
-            speeds=model.zeros(pairs, scalar),
-            directions=model.zeros(pairs, types.vec3),
-            reciprocals=model.zeros(pairs, scalar),
-            moduli=model.zeros(model.segment_count, scalar),
-            tensions=model.zeros(model.segment_count, scalar),
+            deformations=work.zeros(model.tet_count, types.mat33),
+            stretches=work.zeros(pairs, scalar),
+            rates=work.zeros(pairs, types.vec3),
+            speeds=work.zeros(pairs, scalar),
+            directions=work.zeros(pairs, types.vec3),
+            reciprocals=work.zeros(pairs, scalar),
+            moduli=work.zeros(model.segment_count, scalar),
+            tensions=work.zeros(model.segment_count, scalar),
         )
         by_segment = np.argsort(layout.pair_segment, kind="stable").astype(np.int32)
         self._segment_pair = model.array(by_segment, wp.int32)
         self._rest_lengths = model.array(layout.rest_lengths, scalar)
         self._given_back = model.array(_given_back(model), scalar)
-        self._blocks = model.zeros(6 * model.tet_count, types.mat33)
-        self._weights, self._sorted = model.zeros(pairs, scalar), model.zeros(pairs, scalar)
-        self.limits = model.zeros(model.segment_count, scalar)
-        self.lengths = model.zeros(model.segment_count, scalar)
-        self.reaches = model.zeros(model.segment_count, scalar)
+        self._blocks = work.zeros(6 * model.tet_count, types.mat33)
+        self._weights, self._sorted = work.zeros(pairs, scalar), work.zeros(pairs, scalar)
+        self.limits = work.zeros(model.segment_count, scalar)
+        self.lengths = work.zeros(model.segment_count, scalar)
+        self.reaches = work.zeros(model.segment_count, scalar)
         self.deformations = self._state.deformations
         self.reciprocals = self._state.reciprocals
         self.rest_rows = model.zeros(model.tet_count, types.mat33)

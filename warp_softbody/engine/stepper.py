@@ -19,6 +19,7 @@ from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import captured
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.assembly import Assembly
 from warp_softbody.engine.contact_solver import ContactSolver
 from warp_softbody.engine.model import Model
@@ -50,6 +51,7 @@ class Stepper:
 
     Attributes:
         model: what is stepped.
+        workspace: of what it works in.
         assembly: rotations, forces and matrix of the state last assembled.
         contact: solves, contact modes and impulses of the last step.
         fiber_points: (p,) vec3 m, vertices of the fibres.
@@ -60,16 +62,24 @@ class Stepper:
     """
 
     @shares_warp
-    def __init__(self, model: Model) -> None:
-        """Allocate the work arrays of a model."""
+    def __init__(self, model: Model, *, workspace: Workspace | None = None) -> None:
+        """Allocate the work arrays of a model.
+
+        Args:
+            model: what is stepped.
+            workspace: of work arrays that steppers share which never step at the same time; None
+                for one of its own.
+        """
         checks.instance("model of a Stepper", model, Model)
+        self.workspace = checks.optional("workspace of a Stepper", workspace, Workspace)
+        work = self.workspace.part("stepper", model.allocator)
         types, m = model.types, model.tet_count
         self.model = model
         self._device = model.options.device
         self._muscles = make_muscles(model.options.precision) if model.segment_count else None
         self._ends = make_step_ends(model.options.precision)
-        self.assembly = Assembly(model)
-        self.muscle_forces = model.zeros(4 * m if model.segment_count else 1, types.vec3)
+        self.assembly = Assembly(model, self.workspace)
+        self.muscle_forces = work.zeros(4 * m if model.segment_count else 1, types.vec3)
         self.fiber_points = model.zeros(len(model.muscles.point_nodes), types.vec3)
         muscles = self.assembly.muscles
         self.lengths = model.zeros(model.segment_count, types.scalar)
@@ -84,7 +94,7 @@ class Stepper:
         mesh = model.body.mesh
         rounding = float(np.finfo(model.options.precision).eps)
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
-        self.contact = ContactSolver(model, self.assembly)
+        self.contact = ContactSolver(model, self.assembly, self.workspace)
         self._renewal = Renewal(self.contact.preconditioner, model.system)
         self.assembled: State | None = None
         self._graphs: dict[tuple[Any, ...], Any] = {}
@@ -128,6 +138,32 @@ class Stepper:
     ) -> StepStatistics:
         """Advance ``state`` by one time step into ``after``; ``contacts`` are updated in place.
 
+        It is `advance`, and then `conclude`.
+
+        Args:
+            state: where the step begins.
+            control: what acts in it.
+            contacts: of the step before, and after it of this one.
+            after: where it ends.
+            decide: called once the matrix of ``state`` is assembled, to set ``control``.
+            clock: takes the times of the parts.
+        """
+        self.advance(state, control, contacts, after, decide=decide, clock=clock)
+        return self.conclude()
+
+    @shares_warp
+    def advance(
+        self,
+        state: State,
+        control: Control,
+        contacts: Contacts,
+        after: State,
+        *,
+        decide: Callable[[], object] | None = None,
+        clock: StepClock | None = None,
+    ) -> None:
+        """Take the step that `step` takes; what it took is told by `conclude`.
+
         The order of a step is here alone: assembly, control, solve, contact. On one thread a step
         that nobody decides in and nobody times is one graph, else each part is one.
 
@@ -154,7 +190,6 @@ class Stepper:
                 self._prepare(state, control, contacts)
             self._run(parts, state, control, contacts, after)
             _mark(clock, parts[-1])
-        return self._read_statistics()
 
     def _begin(self, state: State, control: Control | None = None) -> None:
         """Note what is to be assembled, and that no controller has planned the step yet.
@@ -327,7 +362,12 @@ class Stepper:
         inputs += [contacts.friction_forces]
         self._launch(k.newton_right_side, m.node_count, inputs, [contact.sides])
 
-    def _read_statistics(self) -> StepStatistics:
+    @shares_warp
+    def conclude(self) -> StepStatistics:
+        """What the last step took; to be called once after every `advance`.
+
+        The choice of the next step's preconditioner comes from it.
+        """
         reach, speed = self._read_extremes().tolist()
         resolved = reach < self._most_reach
         renewed = self._renewal.due

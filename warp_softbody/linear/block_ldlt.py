@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warp_softbody.device.allocator import constant_integers
+from warp_softbody.device.allocator import Allocator, constant_integers
 from warp_softbody.device.launching import launch
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.kernels.linear.block_lanes import lanes_on
 from warp_softbody.kernels.linear.ldlt_factor import make_factorisation
 from warp_softbody.kernels.linear.supernodes import PanelStructure, make_supernodes
@@ -102,8 +103,13 @@ class BlockFactor:
         margin: float = 0.0,
         *,
         native_code: bool = True,
+        workspace: Workspace | None = None,
     ) -> None:
-        """Arrays for the factor, not yet computed; ``margin``: part of a pivot added to it."""
+        """Arrays for the factor, not yet computed; ``margin``: part of a pivot added to it.
+
+        Those of a factorisation on its way are in a workspace.
+        """
+        work = (workspace or Workspace()).part("factorisation", Allocator(types, device))
         self._margin = margin
         self._device = device
         self._at = at = structure_of(elimination, device)
@@ -113,15 +119,15 @@ class BlockFactor:
         self.lower = wp.zeros(at.entries, dtype=types.mat33, device=device)
         self.pivot_inverse = wp.zeros(at.count, dtype=types.mat33, device=device)
         self._upper, self._turned = (
-            wp.zeros(at.entries, dtype=self._factorisation.mat34, device=device) for _ in range(2)
+            work.zeros(at.entries, self._factorisation.mat34) for _ in range(2)
         )
-        self._pivots = wp.zeros(at.count, dtype=types.mat33, device=device)
+        self._pivots = work.zeros(at.count, types.mat33)
         self._panels = make_supernodes(types.name)
         self._by_column, self._by_row = (
             wp.zeros(max(1, count), dtype=types.block, device=device) for count in at.registers
         )
         # the last component takes what the lanes without a row hold
-        self._work = wp.zeros(3 * at.count + 1, dtype=types.scalar, device=device)
+        self._work = work.zeros(3 * at.count + 1, types.scalar)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, dim, inputs, outputs, self._device)

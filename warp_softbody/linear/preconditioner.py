@@ -9,6 +9,7 @@ import warp as wp
 
 from warp_softbody.device.launching import launch
 from warp_softbody.device.warp_runtime import with_kernels
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.kernels.linear.sweep_lanes import sweep_lanes_on
 from warp_softbody.kernels.linear.two_level import make_two_level
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
@@ -54,10 +55,12 @@ class Preconditioner(Protocol):
         ...
 
 
-def make_preconditioner(system: LinearSystem, values: Any, node_rotations: Any) -> Preconditioner:
+def make_preconditioner(
+    system: LinearSystem, values: Any, node_rotations: Any, workspace: Workspace
+) -> Preconditioner:
     """The preconditioner of the matrix in ``values``: by two levels where there is a coarse one."""
     if system.coarse is None:
-        return WarpedFactor(system, values, node_rotations)
+        return WarpedFactor(system, values, node_rotations, workspace)
     return TwoLevel(system, system.coarse, values, node_rotations)
 
 
@@ -70,7 +73,9 @@ class WarpedFactor:
 
     renewable = True
 
-    def __init__(self, system: LinearSystem, values: Any, node_rotations: Any) -> None:
+    def __init__(
+        self, system: LinearSystem, values: Any, node_rotations: Any, workspace: Workspace
+    ) -> None:
         """Arrays for the factor of the matrix in ``values``; nothing is computed yet."""
         types, n = system.types, system.node_count
         self._system = system
@@ -85,6 +90,7 @@ class WarpedFactor:
             system.device,
             margin=system.pivot_margin,
             native_code=system.native_code,
+            workspace=workspace,
         )
         self._factor_rotations = system.zeros(n, types.mat33)
         self._turns = system.zeros(n, types.mat33)

@@ -9,6 +9,8 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from warp_softbody.controllers.control_options import ControlOptions, Method
+from warp_softbody.device.turns import shares_warp
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.errors import SoftBodyError
 from warp_softbody.inputs import checks, input_kinds
@@ -21,8 +23,11 @@ from warp_softbody.world.scene import Scene
 MOST_MEMBERS = 1_000_000
 MOST_THREADS = 1024
 
-Advance: TypeAlias = Callable[[int], None]
-"""Takes the member of an index on."""
+ENDED = object()
+"""In place of a frame where a run has come to its end."""
+
+Work: TypeAlias = Callable[[list[int]], object]
+"""What is done with the members of some indices."""
 
 
 class Batch:
@@ -80,8 +85,10 @@ class Batch:
         self.threads = checks.whole("threads of a Batch", threads, low=1, high=MOST_THREADS)
         input_kinds.name("name of a Batch", name)
         members = members_of(scene, count, vary, seed)
+        # a thread's members step in turn, and so may work in the same arrays
+        workspaces = [Workspace() for _ in range(self.threads)]
         self._simulations: list[Simulation] = []
-        for member in members:
+        for index, member in enumerate(members):
             self._simulations.append(
                 Simulation(
                     member.scene,
@@ -91,9 +98,10 @@ class Batch:
                     time_step=time_step,
                     fps=fps,
                     method=method,
-                    name=f"{name} {member.index}",
+                    name=f"{name} {index}",
                     like=self._simulations[0].model if self._simulations else None,
                     timed=False,
+                    workspace=workspaces[index % self.threads],
                 )
             )
         self.fps = self._simulations[0].fps
@@ -134,8 +142,8 @@ class Batch:
         An error that ends a member's run is kept in `failures`; others, such as those of a
         controller's own code, end the batch.
         """
-        with self._workers() as advance_all:
-            advance_all(lambda index: self._simulations[index].step())
+        with self._workers() as side_by_side:
+            side_by_side(self._step)
 
     def run(self, seconds: float) -> Iterator[tuple[Frame | None, ...]]:
         """The members' frames at t = 0, 1/fps, ... up to ``seconds``.
@@ -146,42 +154,61 @@ class Batch:
         return self._frames_until(seconds)
 
     def _frames_until(self, seconds: float) -> Iterator[tuple[Frame | None, ...]]:
-        runs = [simulation.run(seconds) for simulation in self._simulations]
-        ended = object()
-        with self._workers() as advance_all:
-            while self.running:
-                frames: list[Frame | object | None] = [None] * len(self)
+        runs = [simulation.schedule(seconds) for simulation in self._simulations]
+        with self._workers() as side_by_side:
+            while True:
+                frames: list[Frame | None] = [None] * len(self)
 
-                def take(index: int, frames: list[Frame | object | None] = frames) -> None:
-                    frames[index] = next(runs[index], ended)
+                def go_on(share: list[int], frames: list[Frame | None] = frames) -> None:
+                    while share:
+                        frame_or_step = {index: next(runs[index], ENDED) for index in share}
+                        for index, item in frame_or_step.items():
+                            frames[index] = item if isinstance(item, Frame) else None
+                        share = self._step([i for i, item in frame_or_step.items() if item is None])
 
-                advance_all(take)
-                if ended in frames:
+                side_by_side(go_on)
+                if all(frame is None for frame in frames):
                     return
-                yield tuple(frame if isinstance(frame, Frame) else None for frame in frames)
+                yield tuple(frames)
+
+    @shares_warp
+    def _step(self, share: list[int]) -> list[int]:
+        """Take a step of some members; those that go on."""
+        for take in (Simulation.begin_step, Simulation.end_step):
+            going = []
+            for index in share:
+                try:
+                    take(self._simulations[index])
+                except SoftBodyError as error:
+                    self._failures[index] = error
+                else:
+                    going.append(index)
+            share = going
+        return share
 
     @contextmanager
-    def _workers(self) -> Iterator[Callable[[Advance], None]]:
-        """A function that takes every running member on, in threads where there are several."""
+    def _workers(self) -> Iterator[Callable[[Work], None]]:
+        """What does some work on each share of the running members, in a thread of its own."""
+
+        def alone(work: Work) -> None:
+            work(self._share(0))
+
         if self.threads == 1:
-            yield lambda advance: self._advance(advance, self.running)
+            yield alone
             return
         with ThreadPoolExecutor(self.threads, thread_name_prefix="batch") as pool:
 
-            def side_by_side(advance: Advance) -> None:
-                shares = [self.running[first :: self.threads] for first in range(self.threads)]
-                futures = [pool.submit(self._advance, advance, share) for share in shares]
+            def side_by_side(work: Work) -> None:
+                shares = map(self._share, range(self.threads))
+                futures = [pool.submit(work, share) for share in shares]
                 for future in futures:
                     future.result()
 
             yield side_by_side
 
-    def _advance(self, advance: Advance, indices: tuple[int, ...]) -> None:
-        for index in indices:
-            try:
-                advance(index)
-            except SoftBodyError as error:
-                self._failures[index] = error
+    def _share(self, thread: int) -> list[int]:
+        """Running members of a thread, which have its workspace."""
+        return [index for index in self.running if index % self.threads == thread]
 
     def summaries(self) -> tuple[RunSummary, ...]:
         """The run of each member so far in numbers."""

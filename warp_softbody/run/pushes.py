@@ -23,6 +23,7 @@ class Pushes:
         pushes = model.scene.pushes
         times = [(push.start, push.start + push.duration) for push in pushes]
         self._times = np.array(times, dtype=float).reshape(-1, 2).T
+        self._pushed = bool(pushes)
         self.applied: list[AppliedForce] = []
         self._views = HostViews()
         self._acting = False
@@ -32,11 +33,11 @@ class Pushes:
 
         `Control.external_forces` is left alone while nothing pushes, so that a user may set it.
         """
+        if not (self._pushed or self.applied or self._acting):
+            return False
         scene, dt = self._model.scene, self._model.options.time_step
         begins, ends = self._times
-        near = []
-        if len(begins):
-            near = np.flatnonzero((begins < time + dt) & (ends > time)).tolist()
+        near = np.flatnonzero((begins < time + dt) & (ends > time)).tolist()
         shares = [(scene.pushes[i], scene.pushes[i].share(time, time + dt)) for i in near]
         acting = [(push, share) for push, share in shares if share > 0.0]
         applied = [force for force in self.applied if force.acts]

@@ -16,6 +16,7 @@ from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.model import Model, build_model
 from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
 from warp_softbody.engine.options import SimulationOptions
@@ -71,6 +72,7 @@ class Simulation:
         after: Simulation | None = None,
         like: Model | None = None,
         timed: bool = True,
+        workspace: Workspace | None = None,
     ) -> None:
         """Build the model.
 
@@ -90,6 +92,7 @@ class Simulation:
                 (`build_model`).
             timed: whether the parts of steps are timed apart, for the summary; a step that no
                 controller decides in takes less without.
+            workspace: of work arrays that simulations share which never step at the same time.
         """
         begun = time.perf_counter()
         checks.instance("scene of a Simulation", scene, Scene)
@@ -111,7 +114,7 @@ class Simulation:
         self.control_options = settings.control_options
         self.fps = float(fps)
         self.name = name
-        self.stepper = Stepper(self.model)
+        self.stepper = Stepper(self.model, workspace=workspace)
         self._state = State.at_rest(self.model)
         self._after = State.at_rest(self.model)
         self.control = Control.slack(self.model)
@@ -127,6 +130,7 @@ class Simulation:
         own = self.model.options
         self._sleep = Sleep(own.time_step, allowed=own.sleep, speed_share=share)
         self._steps = 0
+        self._begun: tuple[StepClock, bool] | None = None
         self._frames = 0
         self._log = StepLog()
         self._account = RunAccount(self.model)
@@ -221,12 +225,26 @@ class Simulation:
         return self._frames_until(seconds)
 
     def _frames_until(self, seconds: float) -> Iterator[Frame]:
+        for frame in self._schedule(seconds):
+            if frame is None:
+                self.step()
+            else:
+                yield frame
+
+    def schedule(self, seconds: float) -> Iterator[Frame | None]:
+        """The frames of `run`, and None wherever a step is to be taken before the next item.
+
+        For those who step many simulations by `begin_step` and `end_step`.
+        """
+        return self._schedule(checks.number("seconds of a run", seconds, above=0.0, unit="s"))
+
+    def _schedule(self, seconds: float) -> Iterator[Frame | None]:
         # until the last frame is asked for, the run is one that was left
         self._status = "stopped"
         yield self.frame()
         while self.time + 0.5 / self.fps < seconds:
             for _ in range(self._steps_per_frame):
-                self.step()
+                yield None
             yield self.frame()
         self._status = "complete"
 
@@ -237,17 +255,34 @@ class Simulation:
             NotFiniteError: numbers stopped being finite.
             InputError: a controller asked for what cannot be wanted.
         """
+        self.begin_step()
+        self.end_step()
+
+    def begin_step(self) -> None:
+        """Take a time step but for what `end_step` does, which has to follow.
+
+        Whoever steps many simulations begins the steps of all and then ends them, as caches like.
+        """
         try:
-            self._step()
-        except NotFiniteError:
-            self._status = "not finite"
-            raise
-        except Exception:
-            self._status = "failed"
+            self._begin_step()
+        except Exception as error:
+            self._note_failure(error)
             raise
 
+    def end_step(self) -> None:
+        """Read what the step begun last has come to, and judge it."""
+        try:
+            self._end_step()
+        except Exception as error:
+            self._note_failure(error)
+            raise
+
+    def _note_failure(self, error: Exception) -> None:
+        self._status = "not finite" if isinstance(error, NotFiniteError) else "failed"
+
     @shares_warp
-    def _step(self) -> None:
+    def _begin_step(self) -> None:
+        self._begun = None
         clock = StepClock()
         pushed = self._pushes.apply(self.control, self.time)
         wanted = self._goals()
@@ -264,18 +299,26 @@ class Simulation:
             self._set_lengths(SLACK * self.model.muscles.rest_lengths)
         # what a controller decides in is several graphs anyway
         timed = self._timed or wanted is not None
-        statistics = self.stepper.step(
+        self.stepper.advance(
             *(self._state, self.control, self.contacts, self._after),
             decide=None if wanted is None else lambda: self._decide(*wanted),
             clock=clock if timed else None,
         )
+        clock.mark("contact" if timed else WHOLE)
+        self._begun = (clock, acted)
+
+    @shares_warp
+    def _end_step(self) -> None:
+        if self._begun is None:
+            return
+        (clock, acted), self._begun = self._begun, None
+        statistics = self.stepper.conclude()
         self._refuse_nonsense(statistics)
         begun = self.time
         self._state, self._after = self._after, self._state
         self._account.note(statistics, begun)
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
-        clock.mark("contact" if timed else WHOLE)
         self._log.note(statistics, self._decision, clock, first=self._steps == 1)
         if self._observers:
             self._show(statistics, begun, clock)
