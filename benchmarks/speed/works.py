@@ -130,24 +130,38 @@ def _scene(name: str, program: str, **settings: float) -> Advance:
 
 
 def _many_passive(program: str) -> Advance:
-    """Letters without muscles that stand beside each other in one scene."""
+    """Letters without muscles: a batch, or beside each other in one scene where there are none."""
     import warp_softbody as package
-    from warp_softbody.world.joined_bodies import placed
 
     letter = replace(package.characters.letter_i(), muscles=())
+    ground = package.Plane(friction=0.8, offset=-0.05)
+    options = package.SimulationOptions(time_step=1.0 / 60.0, precision="float32", sleep=False)
+    if hasattr(package, "Batch"):
+        scene = package.Scene(character=letter, ground=ground)
+        return package.Batch(scene, MANY, options=options).step
+    from warp_softbody.world.joined_bodies import placed
+
     places = [(SPACING * (k % 4), SPACING * (k // 4), 0.0) for k in range(MANY)]
     others = tuple(
         package.Body(character=placed(letter, name=f"letter_{k}", translation=place))
         for k, place in enumerate(places)
         if k > 0
     )
-    ground = package.Plane(friction=0.8, offset=-0.05)
     scene = package.Scene(character=letter, others=others, ground=ground)
-    options = package.SimulationOptions(time_step=1.0 / 60.0, precision="float32", sleep=False)
     return package.Simulation(scene, options=options).step
 
 
 def _many_controlled(program: str) -> Advance:
-    """Runs of `balance-i`, one after the other."""
-    runs = [_scene("balance-i", program) for _ in range(MANY)]
-    return lambda: [step() for step in runs]
+    """A batch of `balance-i`, or runs of it one after the other where there are none."""
+    import warp_softbody as package
+
+    if not hasattr(package, "Batch"):
+        runs = [_scene("balance-i", program) for _ in range(MANY)]
+        return lambda: [step() for step in runs]
+    plans = [package.scenes.make("balance-i", {}) for _ in range(MANY)]
+    options = package.SimulationOptions(time_step=plans[0].time_step, sleep=False)
+
+    def planned(member: Any) -> Any:
+        return replace(member, controller=plans[member.index].controller)
+
+    return package.Batch(plans[0].scene, MANY, planned, options=options).step
