@@ -28,7 +28,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "linear": ("base", "device", "kernels"),
     "engine": ("base", "device", "kernels", "body", "world", "linear"),
     "controllers.qp": ("base",),
-    "controllers.qpcc": ("base", "controllers.qp"),
+    "controllers.qpcc": ("base", "atomic_files", "controllers.qp"),
     "controllers.compiled": ("base", "device", "kernels", "controllers.qpcc"),
     "controllers": (
         *("base", "body", "world", "engine.reduced_dynamics"),

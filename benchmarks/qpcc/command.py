@@ -23,6 +23,7 @@ from benchmarks.qpcc import (
     sequences as qpcc_sequences,
 )
 from benchmarks.qpcc.instances import Row
+from benchmarks.qpcc.peers.comparison import print_comparison
 
 PARTS = ("instances", "contacts", "sequences", "paper")
 
@@ -43,7 +44,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS))
     parser.add_argument("--steps", type=int, default=20, help="of a sequence")
     parser.add_argument("--problems", type=int, default=10, help="of the paper's experiment")
+    parser.add_argument(
+        "--peers",
+        action="store_true",
+        help="compare with SCIP, Ipopt and MPECSS on the instances, those of them at hand",
+    )
     args = parser.parse_args(arguments)
+    if args.peers:
+        if not args.instances:
+            parser.error("--peers needs --instances, a folder of .npz instances")
+        print_comparison(args.instances)
+        return
     if args.instances and "instances" in args.parts:
         print_instances(args.instances)
     if args.instances and "contacts" in args.parts:

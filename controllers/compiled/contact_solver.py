@@ -163,6 +163,7 @@ class _Room:
             velocities=numbers["speeds"].copy(),
             modes=tuple(self.counts["visit_modes"][findings[SearchFinding.BEST]].tolist()),
             objective=objective,
+            lower_bound=-math.inf,
             complementarity=off,
             feasibility=feasibility,
             stationarity=stationarity,

@@ -82,6 +82,8 @@ class QPSolution:
         primal_residual: largest violation of an inequality or equality row.
         dual_residual: largest entry of the gradient of the Lagrangian.
         iterations: number that the solver took.
+        gap: sum of the products of multipliers and slacks: at most so much below ``value`` is the
+            minimum, but for the residuals.
     """
 
     x: FloatArray
@@ -91,6 +93,7 @@ class QPSolution:
     primal_residual: float
     dual_residual: float
     iterations: int
+    gap: float = 0.0
 
 
 class QPSolver(Protocol):
@@ -141,6 +144,7 @@ def verified(
         primal_residual=primal,
         dual_residual=dual,
         iterations=iterations,
+        gap=gap,
     )
 
 

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
         to_general,
     )
     from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC, uniform_directions
+    from warp_softbody.controllers.qpcc.general.b_stationarity import (
+        BStationarity,
+        b_stationarity,
+    )
+    from warp_softbody.controllers.qpcc.general.casadi_reader import from_casadi
     from warp_softbody.controllers.qpcc.general.problem import QPCC
     from warp_softbody.controllers.qpcc.result import (
         COLD_OPTIONS,
@@ -31,6 +36,9 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc, solve_static
 
 _HOMES = {
+    "BStationarity": f"{__name__}.general.b_stationarity",
+    "b_stationarity": f"{__name__}.general.b_stationarity",
+    "from_casadi": f"{__name__}.general.casadi_reader",
     "COLD_OPTIONS": f"{__name__}.result",
     "ContactMode": "warp_softbody.contact_mode",
     "ContactMultipliers": f"{__name__}.result",
@@ -55,6 +63,7 @@ __all__ = [
     "COLD_OPTIONS",
     "QPCC",
     "WARM_OPTIONS",
+    "BStationarity",
     "ContactMode",
     "ContactMultipliers",
     "ContactQPCC",
@@ -64,7 +73,9 @@ __all__ = [
     "QPCCResult",
     "QPCCStatus",
     "SolverOptions",
+    "b_stationarity",
     "enumerate_qpcc",
+    "from_casadi",
     "solve_qpcc",
     "solve_static",
     "to_full",

@@ -82,7 +82,7 @@ WARM_OPTIONS = SolverOptions(patience=1, reach=1.0)
 """The default of a solve with a start: mostly one kick that fails. Patience of 3 without a limit of
 reach costs twice as much and gains a tenth of a percent (docs/qpcc.md)."""
 
-COLD_OPTIONS = SolverOptions(max_qps=600, kicks=150, patience=150, starts=8)
+COLD_OPTIONS = SolverOptions(max_qps=2000, kicks=150, patience=150, starts=8)
 """The default of a solve without a start."""
 
 
@@ -126,6 +126,8 @@ class GeneralResult(Value):
         modes: the zero side of every pair (0 left, 1 right), or the mode of every contact
             (``contact.mode_table``); to be passed as ``start`` of the next solve.
         objective: at the point.
+        lower_bound: no consistent point has a lower objective, but for the accuracy of the QPs;
+            minus infinity where nothing is known, plus infinity where there is no point.
         complementarity: largest scaled ``|min(left, right)|`` over all pairs.
         feasibility: largest violation of a bound, scaled equation or inequality.
         stationarity: scaled KKT residual on the point's piece, with wrong signs of multipliers;
@@ -135,11 +137,13 @@ class GeneralResult(Value):
         seconds: wall time of the solve.
         status: what is known of the point.
         message: status and residual in a sentence.
+        ray: along which the objective falls without end from the point, where that is the status.
     """
 
     x: FloatArray
     modes: tuple[int, ...]
     objective: float
+    lower_bound: float
     complementarity: float
     feasibility: float
     stationarity: float
@@ -148,6 +152,21 @@ class GeneralResult(Value):
     seconds: float
     status: QPCCStatus
     message: str
+    ray: FloatArray | None = None
+
+    @property
+    def gap(self) -> float:
+        """How far the bound is below the objective, relative to the larger of the two sizes.
+
+        0 for a proved minimum, infinite where no bound or no point is known.
+        """
+        apart = self.objective - self.lower_bound
+        if self.status is QPCCStatus.GLOBAL:
+            return 0.0
+        if not self.status.usable or not math.isfinite(apart):
+            return math.inf
+        size = max(abs(self.objective), abs(self.lower_bound))
+        return apart / size if size > 0.0 else 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

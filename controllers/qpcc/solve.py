@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import overload
@@ -135,21 +136,26 @@ def _check_problem(problem: object) -> None:
 
 
 @overload
-def enumerate_qpcc(problem: ContactQPCC) -> QPCCResult: ...
+def enumerate_qpcc(problem: ContactQPCC, *, time_limit: float | None = None) -> QPCCResult: ...
 
 
 @overload
-def enumerate_qpcc(problem: QPCC) -> GeneralResult: ...
+def enumerate_qpcc(problem: QPCC, *, time_limit: float | None = None) -> GeneralResult: ...
 
 
-def enumerate_qpcc(problem: ContactQPCC | QPCC) -> GeneralResult:
+def enumerate_qpcc(
+    problem: ContactQPCC | QPCC, *, time_limit: float | None = None
+) -> GeneralResult:
     """The global minimum of a small QPCC, for tests and references.
 
     The contact form takes one QP for every combination of modes, the general form branch and bound
-    over the pairs. The answer is as certain as the QP solver is where it says "infeasible", which
-    cannot be verified.
+    over the pairs. After ``time_limit`` seconds (default none) the best point so far comes back,
+    with a lower bound and a status that claims no more.
     """
     _check_problem(problem)
+    if time_limit is not None:
+        checks.number("time_limit of enumerate_qpcc", time_limit, above=0.0, infinite=True)
+    time_limit = math.inf if time_limit is None else float(time_limit)
     if isinstance(problem, QPCC):
-        return enumerate_general(problem)
-    return enumerate_contact(problem)
+        return enumerate_general(problem, time_limit)
+    return enumerate_contact(problem, time_limit)

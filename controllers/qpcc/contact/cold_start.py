@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.piqp import PIQPSolver
+from warp_softbody.controllers.qp.certified import CertifiedSolver
+from warp_softbody.controllers.qp.problem import QPStatus
 from warp_softbody.controllers.qpcc.contact.complementarity_form import force_map, to_general
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
 from warp_softbody.controllers.qpcc.contact.local_search import ContactSearch, LocalMinimum
@@ -15,18 +18,64 @@ from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
 from warp_softbody.controllers.qpcc.general.piece_solution import OPEN
 from warp_softbody.controllers.qpcc.general.restarts import random_point
 
-COLD_SHARE = 0.5
-"""Share of the budget of QPs after which no penalty run begins: the rest is for kicks."""
+COLD_QPS = 300
+"""QPs after which no penalty run begins: the rest is for kicks."""
+
+MIDDLE = 240
+"""Variables of the general form up to which that many QPs are spent; beyond, fewer by the cube."""
 
 
-def cold_minima(search: ContactSearch, static: tuple[int, ...], seed: int) -> list[LocalMinimum]:
-    """Local minima below static contacts and the ends of penalty runs; none without any point."""
+@dataclass
+class ColdStart:
+    """Local minima without a start, and what the relaxation of the general form proves.
+
+    Attributes:
+        minima: of the descents, none without any point.
+        bound: lower bound of the objective, in the problem's units.
+        infeasible: whether there is no consistent point, certified.
+    """
+
+    minima: list[LocalMinimum]
+    bound: float = -np.inf
+    infeasible: bool = False
+
+
+def cold_minima(
+    search: ContactSearch, static: tuple[int, ...], controls: FloatArray, seed: int
+) -> ColdStart:
+    """Local minima below static contacts, the forward problem, and the ends of penalty runs.
+
+    Descents come first, so that a short limit of time ends with what they find.
+    """
     found: dict[tuple[int, ...], LocalMinimum] = {}
     _descend(search, search.visit(static), found)
-    if search.scaled.problem.contact_count:
-        for controls, force in _penalty_points(search, seed):
+    if not search.scaled.problem.contact_count or search.spent:
+        return ColdStart(list(found.values()))
+    if not found:
+        forward = forward_contact(search.scaled, controls)
+        _descend(search, None if forward is None else search.visit(forward[0]), found)
+    if search.spent:
+        return ColdStart(list(found.values()))
+    size = _size(search)
+    general = ScaledQPCC(to_general(search.scaled.problem, size), CertifiedSolver(thorough=False))
+    start = ColdStart([])
+    _relax(search, general, start)
+    if not start.infeasible:
+        for controls, force in _penalty_points(search, general, size, seed):
             _descend(search, _nearest(search, controls, force), found)
-    return list(found.values())
+    start.minima = list(found.values())
+    return start
+
+
+def _relax(search: ContactSearch, general: ScaledQPCC, start: ColdStart) -> None:
+    """Learn a lower bound, or that there is no point, from the QP without complementarity."""
+    if search.spent:
+        return
+    certifier = CertifiedSolver()
+    certifier.deadline = search.started + search.options.time_limit
+    relaxed = general.solve(np.full(len(general.l0), OPEN, np.int8), qp_solver=certifier)
+    start.infeasible = relaxed.status is QPStatus.INFEASIBLE
+    start.bound = general.value_scale * relaxed.bound + general.problem.c0
 
 
 def _descend(
@@ -39,14 +88,22 @@ def _descend(
         found.setdefault(minimum.minimiser.modes, minimum)
 
 
-def _penalty_points(search: ContactSearch, seed: int) -> list[tuple[FloatArray, FloatArray]]:
+def _size(search: ContactSearch) -> FloatArray:
+    """Typical sizes of the variables of the general form."""
+    scaled = search.scaled
+    problem = scaled.problem
+    block = np.r_[np.full(len(problem.directions) + 1, scaled.impulse), scaled.speed]
+    return np.r_[scaled.control_scale, np.tile(block, problem.contact_count)]
+
+
+def _penalty_points(
+    search: ContactSearch, general: ScaledQPCC, size: FloatArray, seed: int
+) -> list[tuple[FloatArray, FloatArray]]:
     """Scaled controls and forces (3K,) at which each penalty run ended."""
     scaled, options = search.scaled, search.options
     problem = scaled.problem
-    directions = len(problem.directions)
-    block = np.r_[np.full(directions + 1, scaled.impulse), scaled.speed]
-    size = np.r_[scaled.control_scale, np.tile(block, problem.contact_count)]
-    general = ScaledQPCC(to_general(problem, size), PIQPSolver())
+    most = min(COLD_QPS, options.max_qps // 2)
+    most = int(most * min(1.0, (MIDDLE / len(size)) ** 3))
     random = np.random.default_rng(seed)
     sides = np.full(len(general.l0), OPEN, np.int8)
     to_z, nu = force_map(problem), problem.control_count
@@ -57,14 +114,17 @@ def _penalty_points(search: ContactSearch, seed: int) -> list[tuple[FloatArray, 
         general.qp_count = 0
         return search.spent
 
+    def over() -> bool:
+        return spent() or search.qp_count >= most
+
     for run in range(options.starts):
-        if spent() or search.qp_count > COLD_SHARE * options.max_qps:
+        if spent() or search.qp_count >= most:
             break
         schedule = SCHEDULES[run % len(SCHEDULES)]
         start = random_point(general, random, schedule) if run >= len(SCHEDULES) else None
-        x = close_pairs(general, start, sides, schedule, spent)
+        x = close_pairs(general, start, sides, schedule, over)
         if x is not None:
-            z = to_z @ (size * x)
+            z = to_z @ (size * general.variable_scale * x)
             points.append((z[:nu] / scaled.control_scale, z[nu:] / scaled.impulse))
     spent()
     return points

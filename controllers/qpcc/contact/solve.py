@@ -44,9 +44,12 @@ def solve_contact(
     """Search for the best point (``solve_qpcc``)."""
     search = _search(problem, options)
     controls = _scaled_controls(search.scaled, fallback_controls)
-    static = static_modes(search, touching)
+    static, bound = static_modes(search, touching), -np.inf
     if start is None and options.starts:
-        minima = cold_minima(search, static, seed)
+        cold = cold_minima(search, static, controls, seed)
+        if cold.infeasible:
+            return _without_point(search, controls)
+        minima, bound = cold.minima, cold.bound
     else:
         minima = warm_minima(search, start, static)
     if not minima:
@@ -59,7 +62,7 @@ def solve_contact(
     held = start is not None and best.minimiser.modes == tuple(start)
     if options.kick_held or not held:
         best = search.perturb(minima)
-    return _finish(search, best.minimiser, _status(best))
+    return _finish(search, best.minimiser, _status(best), bound)
 
 
 def solve_contact_static(
@@ -77,22 +80,24 @@ def solve_contact_static(
     return _finish(search, minimiser, QPCCStatus.STATIC)
 
 
-def enumerate_contact(problem: ContactQPCC) -> QPCCResult:
+def enumerate_contact(problem: ContactQPCC, time_limit: float) -> QPCCResult:
     """The global minimum, by one QP for every combination of modes (``enumerate_qpcc``)."""
     if problem.contact_count > ENUMERATION_LIMIT:
         raise InputError(
             f"enumeration takes at most {ENUMERATION_LIMIT} contacts, got {problem.contact_count}"
         )
-    search = _search(problem, SolverOptions(max_qps=10**9))
+    search = _search(problem, SolverOptions(max_qps=10**9, time_limit=time_limit))
     valid = [np.flatnonzero(row) for row in search.scaled.table.valid]
     best: ModeMinimiser | None = None
     for modes in itertools.product(*valid):
+        if search.spent:
+            break
         minimiser = search.scaled.solve(tuple(int(mode) for mode in modes))
         if minimiser is not None and (best is None or minimiser.value < best.value):
             best = minimiser
     if best is None:
         return _forward_result(search, _scaled_controls(search.scaled, None), None)
-    return _finish(search, best, QPCCStatus.GLOBAL)
+    return _finish(search, best, QPCCStatus.BUDGET if search.spent else QPCCStatus.GLOBAL)
 
 
 def _search(problem: ContactQPCC, options: SolverOptions) -> ContactSearch:
@@ -126,18 +131,38 @@ def _forward_result(
     forward = forward or forward_contact(scaled, controls)
     status = QPCCStatus.NO_POINT if forward is None else QPCCStatus.FALLBACK_LCP
     modes, force = forward or ((LIFT,) * count, np.zeros(3 * count))
-    minimiser = ModeMinimiser(
-        modes=modes,
-        controls=controls,
-        points=scaled.points_at(controls, force),
-        compute_multipliers=lambda: np.zeros((count, 6)),
-        value=np.nan,
-        stationarity=np.nan,
-    )
+    minimiser = _pointless(search, modes, controls, force)
     return _finish(search, minimiser, status)
 
 
-def _finish(search: ContactSearch, minimiser: ModeMinimiser, status: QPCCStatus) -> QPCCResult:
+def _without_point(search: ContactSearch, controls: FloatArray) -> QPCCResult:
+    """The result where the relaxation, and so every choice of modes, is proved to have no point."""
+    count = search.scaled.problem.contact_count
+    force = np.zeros(3 * count)
+    minimiser = _pointless(search, (LIFT,) * count, controls, force)
+    return _finish(search, minimiser, QPCCStatus.INFEASIBLE, np.inf)
+
+
+def _pointless(
+    search: ContactSearch, modes: tuple[int, ...], controls: FloatArray, force: FloatArray
+) -> ModeMinimiser:
+    """Controls and forces that no QP gave."""
+    return ModeMinimiser(
+        modes=modes,
+        controls=controls,
+        points=search.scaled.points_at(controls, force),
+        compute_multipliers=lambda: np.zeros((len(modes), 6)),
+        value=np.nan,
+        stationarity=np.nan,
+    )
+
+
+def _finish(
+    search: ContactSearch,
+    minimiser: ModeMinimiser,
+    status: QPCCStatus,
+    bound: float = -np.inf,
+) -> QPCCResult:
     """The result in the problem's own units, with residuals computed anew from all pairs."""
     scaled = search.scaled
     problem, minimiser = scaled.problem, scaled.polish(minimiser)
@@ -146,6 +171,9 @@ def _finish(search: ContactSearch, minimiser: ModeMinimiser, status: QPCCStatus)
     off = scaled_residual(problem, x, velocities)
     if not off <= search.options.tolerance and status.usable:
         status = QPCCStatus.INACCURATE
+    objective = problem.objective(controls, forces)
+    if status is QPCCStatus.GLOBAL:
+        bound = objective
     outside = np.maximum(problem.lower - controls, controls - problem.upper)
     stationarity, multipliers = np.nan, None
     if np.isfinite(minimiser.stationarity):
@@ -161,7 +189,8 @@ def _finish(search: ContactSearch, minimiser: ModeMinimiser, status: QPCCStatus)
         forces=forces,
         velocities=velocities,
         modes=minimiser.modes,
-        objective=problem.objective(controls, forces),
+        objective=objective,
+        lower_bound=min(bound, objective) if status.usable else bound,
         complementarity=off,
         feasibility=max(0.0, float(np.max(outside))),
         stationarity=stationarity,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import lapack
 
 from warp_softbody.arrays import FloatArray
 
@@ -15,7 +16,9 @@ def convex_concave_split(hessian: FloatArray) -> tuple[FloatArray, FloatArray | 
 
     The split is that of the eigenvalues by their signs.
     """
-    if not np.any(hessian):
+    shifted = hessian.copy()
+    shifted.reshape(-1)[:: len(hessian) + 1] += ROUNDING * len(hessian)
+    if not np.any(hessian) or not lapack.dpotrf(shifted)[1]:
         return hessian, None
     values, vectors = np.linalg.eigh(hessian)
     if values[0] >= -ROUNDING * max(1.0, abs(values[-1])) * len(values):

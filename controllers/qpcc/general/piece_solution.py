@@ -31,6 +31,8 @@ class PieceSolution:
         right_multiplier: (p,), the same of the right side.
         solution: of the QP.
         objective_scale: by which the objective of that QP was divided.
+        bound: at most the minimum on the piece: the value, less the QP's duality gap and what its
+            residuals may hide; minus infinity where the QP was not solved.
     """
 
     sides: Sides
@@ -43,6 +45,7 @@ class PieceSolution:
     right_multiplier: FloatArray
     solution: QPSolution
     objective_scale: float
+    bound: float
 
 
 def pair_multipliers(

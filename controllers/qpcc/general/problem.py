@@ -1,7 +1,8 @@
 """The general form of a quadratic program with complementarity constraints (QPCC).
 
     minimise 1/2 x'Qx + c'x + c0
-    subject to A x = b,  G x <= h,  lb <= x <= ub,  0 <= L x + l0  _|_  R x + r0 >= 0
+    subject to A x = b,  h_lower <= G x <= h,  lb <= x <= ub,
+               0 <= L x + l0  _|_  R x + r0 >= 0
 
 The control problem of a step, equation 11 of docs/method.md, is one instance, which
 ``contact.complementarity_form.to_general`` writes out.
@@ -10,14 +11,26 @@ The control problem of a step, equation 11 of docs/method.md, is one instance, w
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, fields
+from dataclasses import InitVar, dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.qpcc.general.equilibration import (
+    Equilibration,
+    RowBlock,
+    equilibrate,
+)
+from warp_softbody.controllers.qpcc.general.problem_arrays import (
+    check_numbers,
+    check_shapes,
+    given_array,
+    read_arrays,
+    write_arrays,
+)
 from warp_softbody.errors import InputError
-from warp_softbody.inputs import array_checks, checks, input_kinds
+from warp_softbody.inputs import checks
 from warp_softbody.inputs.records import FrozenValue
 
 
@@ -26,12 +39,11 @@ def _absent() -> FloatArray:
     return np.zeros(0)
 
 
-ARRAYS = ("Q", "c", "A", "b", "G", "h", "lb", "ub", "L", "l0", "R", "r0")
-
-
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class QPCC(FrozenValue):
     """A QPCC in general form; arrays are kept as read-only float64 copies.
+
+    Matrices may be given as arrays, lists, or sparse matrices of SciPy.
 
     Attributes:
         Q: (n, n) symmetric; need not be definite, nor semidefinite (then answers are local).
@@ -41,66 +53,88 @@ class QPCC(FrozenValue):
         b: (e,).
         G: (g, n); default no inequalities.
         h: (g,), may hold +inf.
+        h_lower: (g,), may hold -inf; default no lower sides.
         lb: (n,), may hold -inf; default no bounds.
         ub: (n,), may hold +inf.
         L: (p, n), left sides of the pairs; default no pairs.
-        l0: (p,).
+        l0: (p,), default zero.
         R: (p, n), right sides.
-        r0: (p,).
+        r0: (p,), default zero.
+
+    Args:
+        P: another name of Q, as QP solvers have it.
+        q: another name of c.
     """
 
-    Q: FloatArray
-    c: FloatArray
+    Q: FloatArray = field(default_factory=_absent)
+    c: FloatArray = field(default_factory=_absent)
     c0: float = 0.0
     A: FloatArray = field(default_factory=_absent)
     b: FloatArray = field(default_factory=_absent)
     G: FloatArray = field(default_factory=_absent)
     h: FloatArray = field(default_factory=_absent)
+    h_lower: FloatArray = field(default_factory=_absent)
     lb: FloatArray = field(default_factory=_absent)
     ub: FloatArray = field(default_factory=_absent)
     L: FloatArray = field(default_factory=_absent)
     l0: FloatArray = field(default_factory=_absent)
     R: FloatArray = field(default_factory=_absent)
     r0: FloatArray = field(default_factory=_absent)
+    P: InitVar[FloatArray | None] = None
+    q: InitVar[FloatArray | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, P: FloatArray | None, q: FloatArray | None) -> None:
         """Fill in what is left out, convert, then check shapes and numbers."""
-        count = len(array_checks.array("QPCC.c", self.c, (None,), finite=False))
+        for name, other, value in (("Q", "P", P), ("c", "q", q)):
+            if value is not None:
+                if given_array("QPCC", name, getattr(self, name)).size:
+                    raise InputError(f"QPCC takes {name} or {other}, not both: they are the same")
+                checks.keep(self, **{name: given_array("QPCC", other, value)})
+        arrays = {
+            name: given_array("QPCC", name, getattr(self, name)) for name in self.array_names()
+        }
+        count = arrays["c"].size
         if count == 0:
             raise InputError("QPCC.c must hold one number per variable, not none")
+        if arrays["Q"].size == 0:
+            raise InputError("QPCC.Q must hold a number for each two variables, not none")
+        rows, pairs = arrays["G"].shape[0], arrays["L"].shape[0]
         missing = {
-            "A": np.zeros((0, count)),
-            "G": np.zeros((0, count)),
-            "L": np.zeros((0, count)),
-            "R": np.zeros((0, count)),
+            **{name: np.zeros((0, count)) for name in "AGLR"},
             "lb": np.full(count, -np.inf),
             "ub": np.full(count, np.inf),
+            "h": np.full(rows, np.inf),
+            "h_lower": np.full(rows, -np.inf),
+            "l0": np.zeros(pairs),
+            "r0": np.zeros(pairs),
         }
-        for name in ARRAYS:
-            given = array_checks.array(f"QPCC.{name}", getattr(self, name), None, finite=False)
-            given = np.array(given, np.float64, order="C")
+        for name, given in arrays.items():
             array = missing[name] if name in missing and given.size == 0 else given
             array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            checks.keep(self, **{name: array})
         checks.keep(self, c0=checks.number("QPCC.c0", self.c0, low=-1e300, high=1e300))
-        self._check_shapes(count)
-        self._check_numbers()
+        held = {name: getattr(self, name) for name in self.array_names()}
+        check_shapes(held)
+        check_numbers(held)
+
+    @classmethod
+    def array_names(cls) -> tuple[str, ...]:
+        """Names of all arrays."""
+        return tuple(entry.name for entry in fields(cls) if entry.name != "c0")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> QPCC:
         """Read the arrays of an ``.npz`` file by name; others in the file are left alone."""
-        file = input_kinds.path("path of QPCC.load", path)
+        values = read_arrays("QPCC", path, (*cls.array_names(), "c0"), needed=("Q", "c"))
         try:
-            with np.load(file, allow_pickle=False) as data:
-                named = {entry.name for entry in fields(cls)} & set(data.files)
-                values = {name: data[name] for name in named}
-        # a file that is no archive of arrays fails in many ways
-        except Exception as error:
-            raise InputError(f"cannot read a QPCC from {os.fspath(path)}: {error}") from error
-        lacking = {"Q", "c"} - set(values)
-        if lacking:
-            raise InputError(f"{os.fspath(path)} holds no QPCC: {sorted(lacking)[0]} is missing")
-        return cls(**values)
+            return cls(**values)
+        except InputError as error:
+            raise InputError(f"{os.fspath(path)}: {error}") from error
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all arrays into an ``.npz`` file, which ``load`` reads; whole or not at all."""
+        held = {name: getattr(self, name) for name in (*self.array_names(), "c0")}
+        write_arrays("QPCC", path, held)
 
     @property
     def variable_count(self) -> int:
@@ -113,9 +147,12 @@ class QPCC(FrozenValue):
         return self.l0.size
 
     @cached_property
-    def side_scales(self) -> tuple[FloatArray, FloatArray]:
-        """The scales of the rows of (L, l0) and of (R, r0), see ``row_scales``."""
-        return row_scales(self.L, self.l0), row_scales(self.R, self.r0)
+    def equilibration(self) -> Equilibration:
+        """Scales of variables, objective, and the rows of A, G, L and R, in this order."""
+        heights = np.where(np.isfinite(self.h), self.h, self.h_lower)
+        blocks = ((self.A, self.b), (self.G, heights), (self.L, self.l0), (self.R, self.r0))
+        rows = tuple(RowBlock(matrix, constants) for matrix, constants in blocks)
+        return equilibrate(self.Q, self.c, rows, (self.lb, self.ub))
 
     def sides(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``L x + l0`` and ``R x + r0``."""
@@ -128,55 +165,25 @@ class QPCC(FrozenValue):
         return float(x @ (0.5 * (self.Q @ x) + self.c)) + self.c0
 
     def complementarity(self, x: FloatArray) -> float:
-        """Largest ``|min(left, right)|`` over the pairs, each side divided by its scale."""
-        (left, right), (over_left, over_right) = self.sides(x), self.side_scales
-        least = np.minimum(left / over_left, right / over_right)
-        return float(np.abs(least).max(initial=0.0))
+        """Largest ``|min(left, right)|`` over the pairs, each side divided by its scale.
+
+        That is the one of ``equilibration``, or the size of the side's terms where these are
+        larger.
+        """
+        _, _, over_left, over_right = self.equilibration.blocks
+        (left, right), size = self.sides(x), np.abs(x)
+        left = left / np.maximum(over_left, np.abs(self.L) @ size)
+        right = right / np.maximum(over_right, np.abs(self.R) @ size)
+        return float(np.abs(np.minimum(left, right)).max(initial=0.0))
 
     def feasibility(self, x: FloatArray) -> float:
-        """Largest violation of an equation, inequality or bound, rows divided by their scales."""
-        equations, rows = self.A, self.G
-        off = np.abs(equations @ x - self.b) / row_scales(equations, self.b)
-        over = (rows @ x - self.h) / row_scales(rows, self.h)
+        """Largest violation of an equation, inequality or bound, divided by its scale as above."""
+        over, over_row, _, _ = self.equilibration.blocks
+        size = np.abs(x)
+        off = np.abs(self.A @ x - self.b) / np.maximum(over, np.abs(self.A) @ size)
+        values = self.G @ x
+        above = np.maximum(values - self.h, self.h_lower - values)
+        above = above / np.maximum(over_row, np.abs(self.G) @ size)
         out = np.maximum(self.lb - x, x - self.ub)
-        return max(0.0, *(float(part.max(initial=0.0)) for part in (off, over, out)))
-
-    def _check_shapes(self, count: int) -> None:
-        expected = {"Q": (count, count), "c": (count,), "lb": (count,), "ub": (count,)}
-        for rows, offset in (("A", "b"), ("G", "h"), ("L", "l0"), ("R", "r0")):
-            expected[rows] = (getattr(self, offset).size, count)
-        expected["R"] = expected["L"] = (self.l0.size, count)
-        expected["r0"] = (self.l0.size,)
-        for name, shape in expected.items():
-            if getattr(self, name).shape != shape:
-                given = getattr(self, name).shape
-                raise InputError(f"QPCC.{name} must be of shape {shape}, not {given}")
-
-    def _check_numbers(self) -> None:
-        for name in ARRAYS:
-            array = getattr(self, name)
-            wrong = np.isnan(array) if name in ("lb", "ub", "h") else ~np.isfinite(array)
-            if np.any(wrong):
-                place = tuple(int(i[0]) for i in np.nonzero(wrong))
-                raise InputError(
-                    f"QPCC.{name} must be finite, but it holds {array[place]} at {place}"
-                )
-        lower, upper = self.lb, self.ub
-        if np.any(lower > upper) or np.any(lower == np.inf) or np.any(upper == -np.inf):
-            i = int(np.argmax((lower > upper) | (lower == np.inf) | (upper == -np.inf)))
-            raise InputError(
-                f"QPCC.lb and ub of variable {i} leave no value: {lower[i]} to {upper[i]}"
-            )
-        if np.any(self.h == -np.inf):
-            raise InputError("QPCC.h must not be -inf")
-        size = float(np.abs(self.Q).max())
-        if float(np.abs(self.Q - self.Q.T).max()) > 1e-6 * size:
-            raise InputError("QPCC.Q must be symmetric")
-
-
-def row_scales(rows: FloatArray, offset: FloatArray) -> FloatArray:
-    """Largest coefficient of every row, its constant where all are zero, and 1 if that is too."""
-    size: FloatArray = np.abs(rows).max(axis=1, initial=0.0)
-    constant = np.abs(np.where(np.isfinite(offset), offset, 0.0))
-    size = np.where(size > 0.0, size, constant)
-    return np.where(size > 0.0, size, 1.0)
+        out = out / np.maximum(self.equilibration.variables, size)
+        return max(0.0, *(float(part.max(initial=0.0)) for part in (off, above, out)))

@@ -28,20 +28,44 @@ from warp_softbody.controllers.qpcc.general.search import TOUCHING, GeneralSearc
 
 
 def initialize(search: GeneralSearch, start: FloatArray | None, sides: Sides | None) -> None:
-    """Descend from a given point or piece, or from the end of a penalty run.
+    """Descend from a given point or piece, then from the relaxation's minimiser, rounded.
 
-    Where neither has a point, the relaxation of all pairs tells whether the problem is infeasible.
+    The relaxation of all pairs gives a lower bound, and tells of many infeasible problems.
     """
     if start is not None:
         sides = search.general.nearest_sides(start)
-    root = None if sides is None else search.visit(sides, center=start)
-    if root is not None:
-        search.record(root)
-    else:
+    given = None if sides is None else search.visit(sides, center=start)
+    if given is not None:
+        search.record(given)
+    if search.settled or search.spent():
+        return
+    relaxed = search.relaxed()
+    if search.best is not None or search.settled or search.spent():
+        return
+    if relaxed.status is not QPStatus.SOLVED:
+        origin = np.zeros_like(search.general.c)
+        relaxed = search.general.solve(search.all_open(), center=origin, proximal=1.0)
+    if relaxed.status is QPStatus.SOLVED:
+        rounded = search.visit(search.general.nearest_sides(relaxed.x), center=relaxed.x)
+        if rounded is not None:
+            search.record(rounded)
+
+
+def tighten(search: GeneralSearch) -> None:
+    """Raise the bound of the relaxation, and descend from its new minimiser, rounded."""
+    if search.settled or search.spent():
+        return
+    found = search.tighten()
+    if found is not None and not (search.best is not None and search.is_matched(search.bound)):
+        rounded = search.visit(search.general.nearest_sides(found.x), center=found.x)
+        if rounded is not None:
+            search.record(rounded)
+
+
+def penalise(search: GeneralSearch, start: FloatArray | None) -> None:
+    """Descend from the end of a penalty run, which begins at a point if one is given."""
+    if not search.settled and not search.spent():
         _from_point(search, start)
-    if search.best is None and not search.status.unbounded and not search.spent():
-        relaxed = search.general.solve(np.full(len(search.general.l0), OPEN, np.int8))
-        search.status.infeasible = relaxed.status is QPStatus.INFEASIBLE
 
 
 def restart(search: GeneralSearch) -> None:
@@ -50,7 +74,7 @@ def restart(search: GeneralSearch) -> None:
     While no feasible point is known they go on until the budget ends, with heavier weights.
     """
     runs = itertools.count(1)
-    while not search.spent():
+    while not search.spent() and not search.settled:
         run = next(runs)
         if run > search.options.starts and (search.best is not None or not search.options.starts):
             return
@@ -68,7 +92,7 @@ def perturb(search: GeneralSearch) -> None:
     """Force single pairs of the best piece to their other side, and repair the others (kicks)."""
     tried: set[tuple[bytes, int]] = set()
     for _ in range(search.options.kicks):
-        if search.best is None or search.spent():
+        if search.best is None or search.spent() or search.settled:
             return
         base = search.best
         key = base.sides.tobytes()
@@ -133,7 +157,7 @@ def _close_one_by_one(search: GeneralSearch, x: FloatArray, sides: Sides) -> Pie
 def _from_point(
     search: GeneralSearch, start: FloatArray | None, options: PenaltySchedule = SCHEDULES[0]
 ) -> PieceSolution | None:
-    return repair(search, np.full(len(search.general.l0), OPEN, np.int8), start, options)
+    return repair(search, search.all_open(), start, options)
 
 
 def _kick_order(piece: PieceSolution) -> np.ndarray[tuple[int], np.dtype[np.intp]]:

@@ -8,13 +8,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.piqp import PIQPSolver
-from warp_softbody.controllers.qpcc.general.branch_and_bound import branch_and_bound
+from warp_softbody.controllers.qp.certified import CertifiedSolver
+from warp_softbody.controllers.qp.problem import EXACT, QPStatus
+from warp_softbody.controllers.qpcc.general.branch_and_bound import LOGGER, BranchAndBound
 from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
 from warp_softbody.controllers.qpcc.general.piece_solution import LEFT, PieceSolution, Sides
-from warp_softbody.controllers.qpcc.general.problem import QPCC, row_scales
-from warp_softbody.controllers.qpcc.general.restarts import initialize, perturb, restart
-from warp_softbody.controllers.qpcc.general.search import GeneralSearch
+from warp_softbody.controllers.qpcc.general.problem import QPCC
+from warp_softbody.controllers.qpcc.general.restarts import (
+    initialize,
+    penalise,
+    perturb,
+    restart,
+    tighten,
+)
+from warp_softbody.controllers.qpcc.general.search import FIRST_TOLERANCE, GeneralSearch
 from warp_softbody.controllers.qpcc.result import (
     GeneralMultipliers,
     GeneralResult,
@@ -24,40 +31,79 @@ from warp_softbody.controllers.qpcc.result import (
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 
-BRANCH_PAIRS = 40
-"""Most pairs with which branch and bound is tried where no start is given."""
+SMALL = 0.25
+"""Largest scaled variable of the relaxation's minimiser below which their unit is chosen anew: the
+QPs' tolerances are those of variables near one."""
 
-BRANCH_SHARE = 0.5
-"""Share of the budget of QPs that branch and bound may use."""
+ZERO = 3e-4
+"""Largest scaled variable that may be zero but for the QPs' tolerance."""
+
+NODES, MIDDLE, LEAST_NODES = 1200, 250, 60
+"""QPs of branch and bound where variables and pairs are no more than so many; beyond that their
+number falls with the square of the size, down to the least."""
+
+BRANCH_SHARE = 0.6
+"""Share of the budget of QPs that branch and bound may use before the local search goes on."""
 
 
 def solve_general(
     problem: QPCC, start: Sequence[int] | FloatArray | None, options: SolverOptions, seed: int
 ) -> GeneralResult:
     """Search for the best point (``solve_qpcc``)."""
-    search = _search(problem, options, seed)
-    initialize(search, *_start(problem, start))
-    if options.starts and problem.pair_count <= BRANCH_PAIRS and not search.settled:
-        branch_and_bound(search, int(BRANCH_SHARE * options.max_qps))
+    search = _search(problem, options, seed, cold=start is None)
+    point, sides = _start(problem, start)
+    point = None if point is None else point / search.general.variable_scale
+    initialize(search, point, sides)
+    if options.starts:
+        tighten(search)
+        BranchAndBound(search).run(_branch_limit(search))
+    if search.best is None or options.starts:
+        penalise(search, point)
     if not search.settled:
         restart(search)
         perturb(search)
+    if search.best is not None and search.is_matched(search.bound):
+        search.status.certified = True
     return _finish(search)
 
 
-def enumerate_general(problem: QPCC) -> GeneralResult:
+def _branch_limit(search: GeneralSearch) -> int:
+    """QPs that branch and bound may use: a share of the budget, and fewer of large ones."""
+    size = len(search.general.c) + len(search.general.l0)
+    affordable = max(LEAST_NODES, int(NODES * min(1.0, (MIDDLE / size) ** 2)))
+    return int(min(BRANCH_SHARE * search.options.max_qps, affordable))
+
+
+def enumerate_general(problem: QPCC, time_limit: float) -> GeneralResult:
     """The global minimum by branch and bound (``enumerate_qpcc``)."""
-    search = _search(problem, SolverOptions(max_qps=10**9), 0)
+    search = _search(problem, SolverOptions(max_qps=10**9, time_limit=time_limit), 0)
     if search.general.concave_part is not None:
         raise InputError("enumeration needs a positive semidefinite Q")
-    branch_and_bound(search, 10**9)
+    initialize(search, None, None)
+    tighten(search)
+    BranchAndBound(search).run(10**9)
     return _finish(search)
 
 
-def _search(problem: QPCC, options: SolverOptions, seed: int) -> GeneralSearch:
-    # Sizes and scales of general problems vary more than three sweeps of equilibration mend.
-    qp_solver = PIQPSolver(tolerance=options.qp_tolerance, settings={"preconditioner_iter": 10})
-    return GeneralSearch(ScaledQPCC(problem, qp_solver), options, seed)
+def _search(
+    problem: QPCC, options: SolverOptions, seed: int, *, cold: bool = True
+) -> GeneralSearch:
+    """A search over the scaled problem; a cold one knows how large variables are."""
+    started = time.perf_counter()
+    tolerance = max(options.qp_tolerance, FIRST_TOLERANCE)
+    qp_solver = CertifiedSolver(tolerance, thorough=False)
+    qp_solver.deadline = started + options.time_limit
+    search = GeneralSearch(ScaledQPCC(problem, qp_solver), options, seed, started)
+    if not cold or search.spent():
+        return search
+    relaxed = search.relaxed()
+    largest = float(np.abs(relaxed.x).max())
+    if relaxed.status is not QPStatus.SOLVED or not ZERO < largest < SMALL or search.spent():
+        return search
+    unit = float(np.exp2(np.ceil(np.log2(largest))))
+    closer = ScaledQPCC(problem, qp_solver, unit=unit)
+    closer.qp_count = search.general.qp_count
+    return GeneralSearch(closer, options, seed, started)
 
 
 def _start(
@@ -89,17 +135,21 @@ def _finish(search: GeneralSearch) -> GeneralResult:
     multipliers, stationarity = None, np.nan
     sides = np.zeros(problem.pair_count, np.int8)
     if best is not None:
-        x, sides = general.polish(best), best.sides
+        x, best = _refined(general, best)
+        sides = best.sides
         if status is not QPCCStatus.UNBOUNDED:
             multipliers = _multipliers(general, best)
             stationarity = _stationarity(general, x, multipliers, sides)
     off, out = problem.complementarity(x), problem.feasibility(x)
     if not max(off, out) <= search.options.tolerance and status.usable:
         status = QPCCStatus.INACCURATE
-    return GeneralResult(
+    objective = problem.objective(x)
+    ray = search.status.ray
+    result = GeneralResult(
         x=x,
         modes=tuple(int(side) for side in sides),
-        objective=problem.objective(x),
+        objective=objective,
+        lower_bound=_lower_bound(search, objective, status),
         complementarity=off,
         feasibility=out,
         stationarity=stationarity,
@@ -108,7 +158,34 @@ def _finish(search: GeneralSearch) -> GeneralResult:
         seconds=time.perf_counter() - search.started,
         status=status,
         message=f"{status.value}; {general.qp_count} QPs, complementarity {off:.1e}",
+        ray=None if ray is None else ray * general.variable_scale,
     )
+    LOGGER.info("%s, objective %g, lower bound %g", result.message, objective, result.lower_bound)
+    return result
+
+
+def _refined(general: ScaledQPCC, best: PieceSolution) -> tuple[FloatArray, PieceSolution]:
+    """The best point projected on its active rows, from a more exact QP where that misses them."""
+    x, problem = general.polish(best), general.problem
+    miss = max(problem.complementarity(x), problem.feasibility(x))
+    if miss <= EXACT or not np.isfinite(best.value):
+        return x, best
+    exact = general.solve_exactly(best)
+    if exact is None:
+        return x, best
+    other = general.polish(exact)
+    better = max(problem.complementarity(other), problem.feasibility(other)) < miss
+    return (other, exact) if better else (x, best)
+
+
+def _lower_bound(search: GeneralSearch, objective: float, status: QPCCStatus) -> float:
+    """In the problem's units; plus infinity where there is no point."""
+    if status is QPCCStatus.INFEASIBLE:
+        return np.inf
+    if status is QPCCStatus.UNBOUNDED:
+        return -np.inf
+    bound = search.general.value_scale * search.bound + search.general.problem.c0
+    return min(bound, objective) if status.usable else bound
 
 
 def _status(search: GeneralSearch) -> QPCCStatus:
@@ -128,15 +205,17 @@ def _multipliers(general: ScaledQPCC, piece: PieceSolution) -> GeneralMultiplier
     """The multipliers of the piece's QP in the problem's own units."""
     problem, scale = general.problem, general.value_scale * piece.objective_scale
     known = piece.solution.multipliers
+    over, over_row, over_left, over_right = general.side_scales
     inequalities = np.zeros(len(problem.h))
-    used = np.isfinite(problem.h)
-    inequalities[used] = known.rows[: int(used.sum())]
-    over_left, over_right = problem.side_scales
+    above, below = np.isfinite(problem.h), np.isfinite(problem.h_lower)
+    split, end = int(above.sum()), int(above.sum() + below.sum())
+    inequalities[above] += known.rows[:split]
+    inequalities[below] -= known.rows[split:end]
     return GeneralMultipliers(
-        equalities=scale * known.equalities[: len(problem.b)] / row_scales(problem.A, problem.b),
-        inequalities=scale * inequalities / row_scales(problem.G, problem.h),
-        lower=scale * known.lower,
-        upper=scale * known.upper,
+        equalities=scale * known.equalities[: len(problem.b)] / over,
+        inequalities=scale * inequalities / over_row,
+        lower=scale * known.lower / general.variable_scale,
+        upper=scale * known.upper / general.variable_scale,
         left=general.value_scale * piece.left_multiplier / over_left,
         right=general.value_scale * piece.right_multiplier / over_right,
     )
@@ -145,13 +224,14 @@ def _multipliers(general: ScaledQPCC, piece: PieceSolution) -> GeneralMultiplier
 def _stationarity(
     general: ScaledQPCC, x: FloatArray, multipliers: GeneralMultipliers, sides: Sides
 ) -> float:
-    """Largest entry of the Lagrangian's gradient or of a wrong sign, relative to the objective."""
+    """Largest entry of the Lagrangian's gradient or of a wrong sign, in scaled units."""
     problem = general.problem
     gradient = problem.Q @ x + problem.c - multipliers.equalities @ problem.A
     gradient += multipliers.inequalities @ problem.G - multipliers.lower + multipliers.upper
     gradient -= multipliers.left @ problem.L + multipliers.right @ problem.R
-    over_left, over_right = problem.side_scales
+    gradient *= general.variable_scale
+    _, _, over_left, over_right = general.side_scales
     kept = np.where(sides == LEFT, multipliers.right * over_right, multipliers.left * over_left)
     worst = max(float(np.abs(gradient).max()), -float(kept.min(initial=0.0)))
-    size = general.value_scale * (1.0 + float(np.abs(x).max()))
+    size = general.value_scale * (1.0 + float(np.abs(x / general.variable_scale).max()))
     return worst / size

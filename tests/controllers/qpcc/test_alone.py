@@ -31,7 +31,7 @@ contact = qpcc.solve_qpcc(
 print(json.dumps([sorted(sys.modules), general.status.name, contact.status.name]))
 """
 
-FOUNDATIONS = ("errors", "arrays", "contact_mode", "inputs")
+FOUNDATIONS = ("errors", "arrays", "atomic_files", "contact_mode", "inputs")
 """What of the package it may import beside itself: nothing of these knows of bodies or engines."""
 
 HEAVY = ("warp", "pxr", "trimesh", "meshio", "rich", "scipy.sparse", "scipy.optimize")

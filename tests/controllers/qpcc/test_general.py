@@ -241,7 +241,8 @@ def test_sparse_matrices_give_what_dense_ones_do() -> None:
     assert issparse(sparse.convex_part)
     dense = ScaledQPCC(problem, PIQPSolver(), sparse_above=1000)
     assert not issparse(dense.convex_part)
-    closed = dense.nearest_sides(np.concatenate([solve_qpcc(part).x for part in parts]))
+    known = np.concatenate([solve_qpcc(part).x for part in parts])
+    closed = dense.nearest_sides(known / dense.variable_scale)
     for sides, proximal in itertools.product((open_pairs, closed), (0.0, 0.1)):
         center = np.ones(problem.variable_count)
         one = sparse.solve(sides, center=center, proximal=proximal)

@@ -1,0 +1,103 @@
+"""Verdicts of the general form are true: in any units, and against problems of known answers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.qpcc.random_problems import KINDS, SCALINGS, ScaledCase, cases
+from warp_softbody.controllers.qp.certificates import proves_infeasible, proves_unbounded
+from warp_softbody.controllers.qp.certified import CertifiedSolver
+from warp_softbody.controllers.qp.problem import QPProblem, QPStatus
+from warp_softbody.controllers.qpcc import QPCC, QPCCStatus, enumerate_qpcc, solve_qpcc
+
+CASES = cases(len(KINDS) * len(SCALINGS))
+PAIR: dict[str, Any] = {"L": [[1.0, 0.0]], "R": [[0.0, 1.0]]}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_the_verdict_is_that_of_any_other_units(case: ScaledCase) -> None:
+    plain, scaled = solve_qpcc(case.plain), solve_qpcc(case.scaled)
+    kind = case.name.split()[0]
+    expected = {"infeasible": QPCCStatus.INFEASIBLE, "unbounded": QPCCStatus.UNBOUNDED}
+    assert plain.status is scaled.status is expected.get(kind, QPCCStatus.GLOBAL)
+    if scaled.status is QPCCStatus.UNBOUNDED:
+        assert scaled.ray is not None and scaled.lower_bound == -np.inf
+        farther = scaled.x + 1e3 * scaled.ray / np.abs(scaled.ray / scaled.ray.max()).max()
+        assert case.scaled.objective(farther) < scaled.objective
+    if scaled.status is QPCCStatus.GLOBAL:
+        # nodes are left within 1e-8 of the terms of the objective
+        size = 1.0 + abs(plain.objective)
+        assert abs(scaled.objective / case.factor - plain.objective) < 3e-6 * size
+        assert plain.lower_bound <= plain.objective and plain.gap == 0.0
+
+
+def test_a_steep_objective_and_rows_of_zeros_have_their_point() -> None:
+    for slope, zeros in ((1e4, 4), (1e6, 0), (1e6, 3)):
+        rows = np.r_[np.zeros(zeros), -1.0][:, None]
+        found = solve_qpcc(QPCC(Q=[[1.0]], c=[-slope], G=rows, h=np.r_[np.ones(zeros), -1.0]))
+        assert found.status is QPCCStatus.GLOBAL
+        np.testing.assert_allclose(found.objective, -0.5 * slope**2, rtol=1e-6)
+
+
+def test_little_curvature_is_bounded_and_little_slope_is_not() -> None:
+    falling = solve_qpcc(QPCC(Q=np.zeros((2, 2)), c=[-1e-9, 1.0], **PAIR))
+    assert falling.status is QPCCStatus.UNBOUNDED
+    held = solve_qpcc(QPCC(Q=np.diag([1e-12, 1.0]), c=[-1.0, 0.0], **PAIR))
+    assert held.status is QPCCStatus.GLOBAL
+    np.testing.assert_allclose(held.x, [1e12, 0.0], rtol=1e-6, atol=1e-6)
+
+
+def test_a_saddle_is_left_for_a_minimum_or_a_ray() -> None:
+    hessian = np.diag([1.0, -1.0])
+    for pairs in ({}, PAIR):
+        falling = solve_qpcc(QPCC(Q=hessian, c=np.zeros(2), **pairs), budget=200)
+        assert falling.status is QPCCStatus.UNBOUNDED and falling.ray is not None
+    boxed = QPCC(Q=hessian, c=np.zeros(2), lb=[-1.0, -2.0], ub=[1.0, 3.0])
+    np.testing.assert_allclose(solve_qpcc(boxed).objective, -4.5, rtol=1e-8)
+
+
+def test_a_bound_comes_with_every_answer_and_holds() -> None:
+    problem = CASES[0].plain
+    best = enumerate_qpcc(problem).objective
+    for budget in (2, 4, 8, 50):
+        found = solve_qpcc(problem, budget=budget)
+        assert found.qp_count <= budget
+        assert found.lower_bound <= best + 1e-6 * (1.0 + abs(best))
+        assert not found.status.usable or found.gap >= 0.0
+
+
+def test_enumeration_keeps_to_its_limit() -> None:
+    found = enumerate_qpcc(CASES[0].plain, time_limit=1e-9)
+    assert found.status is QPCCStatus.NO_POINT and found.gap == np.inf
+
+
+def _two_rows(height: float) -> QPProblem:
+    """X >= height and -x >= 0."""
+    return QPProblem(
+        P=np.eye(1),
+        c=np.zeros(1),
+        A=np.zeros((0, 1)),
+        b=np.zeros(0),
+        G=np.array([[1.0], [-1.0]]),
+        h=np.array([height, 0.0]),
+        lower=np.full(1, -np.inf),
+        upper=np.full(1, np.inf),
+    )
+
+
+def test_certificates_are_recomputed_from_the_rows() -> None:
+    solver = CertifiedSolver()
+    for height in (1e-6, 1.0, 1e6):
+        problem = _two_rows(height)
+        answer = solver.solve(problem)
+        assert answer.status is QPStatus.INFEASIBLE
+        assert not proves_infeasible(_two_rows(-height), answer.multipliers)
+    assert solver.solve(_two_rows(0.0)).status is QPStatus.SOLVED
+    tilted = replace(_two_rows(-1.0), P=np.zeros((1, 1)), c=np.array([1.0]), G=np.zeros((2, 1)))
+    assert proves_unbounded(tilted, np.array([-1.0]))
+    assert not proves_unbounded(tilted, np.array([1.0]))
+    assert not proves_unbounded(replace(tilted, P=np.array([[1e-12]])), np.array([-1.0]))
