@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def random_problem(kind: str, rng: np.random.Generator) -> QPCC:
         return _with_lower_level(rng, n, p, symmetric=False)
     if kind == "linear":
         plain = _with_lower_level(rng, n, p, symmetric=True)
-        return QPCC(**_parts(plain) | {"Q": np.zeros_like(plain.Q)})
+        return _made(_parts(plain) | {"Q": np.zeros_like(plain.Q)})
     if kind == "free":
         return _free(rng, n + p, p)
     if kind == "infeasible":
@@ -94,7 +95,12 @@ def rescaled(plain: QPCC, scaling: str, rng: np.random.Generator) -> tuple[QPCC,
         size = 10.0 ** float(rng.choice([-6, -3, 3, 6]))
         parts["Q"], parts["c"] = parts["Q"] * size, parts["c"] * size
         factor *= size
-    return QPCC(**parts), factor
+    return _made(parts), factor
+
+
+def _made(parts: dict[str, FloatArray]) -> QPCC:
+    values: dict[str, Any] = {**parts}
+    return QPCC(**values)
 
 
 def _parts(problem: QPCC) -> dict[str, FloatArray]:
@@ -106,7 +112,8 @@ def _parts(problem: QPCC) -> dict[str, FloatArray]:
 def _hessian(rng: np.random.Generator, size: int) -> FloatArray:
     rank = int(rng.integers(1, size + 1))
     factor = rng.normal(size=(rank, size))
-    return factor.T @ factor / rank
+    hessian: FloatArray = factor.T @ factor / rank
+    return hessian
 
 
 def _with_lower_level(rng: np.random.Generator, n: int, p: int, *, symmetric: bool) -> QPCC:
@@ -156,7 +163,7 @@ def _infeasible(rng: np.random.Generator, n: int, p: int) -> QPCC:
     pair = int(rng.integers(p))
     rows = -np.stack([parts["L"][pair], parts["R"][pair]])
     sides = np.array([parts["l0"][pair], parts["r0"][pair]])
-    return QPCC(**parts | {"G": rows, "h": sides - rng.uniform(0.05, 1.0, size=2)})
+    return _made(parts | {"G": rows, "h": sides - rng.uniform(0.05, 1.0, size=2)})
 
 
 def _unbounded(rng: np.random.Generator, n: int, p: int) -> QPCC:
@@ -168,8 +175,8 @@ def _unbounded(rng: np.random.Generator, n: int, p: int) -> QPCC:
     hessian = np.zeros((size, size))
     hessian[:-1, :-1] = parts["Q"]
     tilt = float(rng.choice([-1.0, -1e-3, -1e-6, -1e-9]))
-    return QPCC(
-        **parts
+    return _made(
+        parts
         | {
             "Q": hessian,
             "c": np.r_[parts["c"], tilt],
@@ -187,11 +194,11 @@ def _idle(rng: np.random.Generator, n: int, p: int) -> QPCC:
     sides = {"h": 1.0, "l0": 1.0, "r0": 0.0}
     for name, value in sides.items():
         parts[name] = np.append(parts[name], value)
-    return QPCC(**parts | {"c": parts["c"] * 10.0 ** float(rng.integers(0, 5))})
+    return _made(parts | {"c": parts["c"] * 10.0 ** float(rng.integers(0, 5))})
 
 
 def _thin(rng: np.random.Generator, n: int, p: int) -> QPCC:
     """Curvature far smaller than the slopes, or zero but for bounds."""
     parts = _parts(_with_lower_level(rng, n, p, symmetric=True))
     small = 10.0 ** rng.uniform(-9, -3)
-    return QPCC(**parts | {"Q": small * (parts["Q"] + np.eye(n + p))})
+    return _made(parts | {"Q": small * (parts["Q"] + np.eye(n + p))})

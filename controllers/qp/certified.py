@@ -111,7 +111,7 @@ class CertifiedSolver:
 
 def holds(problem: QPProblem, solution: QPSolution) -> bool:
     """Whether a solution is one, also where the gradient itself is small."""
-    if solution.status is not QPStatus.SOLVED:
+    if solution.status is not QPStatus.SOLVED or solution.primal_residual > NO_MISS:
         return False
     small = (problem.c != 0.0) & (np.abs(problem.c) < SMALL_SLOPE)
     if not small.any():

@@ -6,6 +6,7 @@ import importlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def print_comparison(folder: str, time_limit: float = 20.0) -> None:
             print(f"{name} is left out: the package {package} is not installed.")
             continue
         solve = importlib.import_module(module).solve
-        solvers[name] = lambda problem, solve=solve: solve(problem, time_limit)
+        solvers[name] = partial(solve, time_limit=time_limit)
     print("LCQPow is left out: no package index has it, and it is built from source alone.")
     print(f"{'solver':10}{'at the best value':>20}{'proved':>9}{'median ms':>12}")
     for name, solve in solvers.items():

@@ -93,7 +93,8 @@ def _size(search: ContactSearch) -> FloatArray:
     scaled = search.scaled
     problem = scaled.problem
     block = np.r_[np.full(len(problem.directions) + 1, scaled.impulse), scaled.speed]
-    return np.r_[scaled.control_scale, np.tile(block, problem.contact_count)]
+    size: FloatArray = np.r_[scaled.control_scale, np.tile(block, problem.contact_count)]
+    return size
 
 
 def _penalty_points(

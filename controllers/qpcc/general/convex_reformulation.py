@@ -101,7 +101,8 @@ def _parts(general: ScaledQPCC) -> _Parts | None:
 def _products(general: ScaledQPCC, weights: FloatArray) -> FloatArray:
     """The second derivative of the weighted products."""
     half = general.L.T @ (weights[:, None] * general.R)
-    return half + half.T
+    both: FloatArray = half + half.T
+    return both
 
 
 def _scaled_to_convexity(general: ScaledQPCC, parts: _Parts, weights: FloatArray) -> FloatArray:

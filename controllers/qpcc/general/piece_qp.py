@@ -195,9 +195,13 @@ class ScaledQPCC:
         return self._piece(sides, solution, size, other)
 
     def solve_exactly(self, piece: PieceSolution) -> PieceSolution | None:
-        """The same piece from its point by QPs with exact active sets; None where that fails."""
-        solver = ActiveSetSolver(piece.x)
+        """The same piece from its point by QPs with exact active sets; None where that fails.
+
+        It refines an answer, and counts as none.
+        """
+        solver, count = ActiveSetSolver(piece.x), self.qp_count
         exact = self.solve(piece.sides, center=piece.x, qp_solver=solver)
+        self.qp_count = count
         return exact if exact.status is QPStatus.SOLVED else None
 
     def falling_ray(

@@ -98,9 +98,8 @@ def test_a_casadi_problem_with_pairs() -> None:
     x = casadi.SX.sym("x", 2)
     square = (x[0] - TARGET[0]) ** 2 + (x[1] - TARGET[1]) ** 2
     program = {"x": x, "f": square, "g": casadi.vertcat(x[0] - 5, x[0] - x[1])}
-    read = from_casadi(
-        program, left=x[1], right=x[0] + x[1] - 1, lbg=[-np.inf, 0.5], ubg=[0.0, 0.5]
-    )
+    sides = {"lbg": np.array([-np.inf, 0.5]), "ubg": np.array([0.0, 0.5])}
+    read = from_casadi(program, left=x[1], right=x[0] + x[1] - 1, **sides)
     assert read.A.shape == (1, 2) and read.G.shape == (1, 2)
     np.testing.assert_allclose(solve_qpcc(read).x, [0.75, 0.25], atol=1e-8)
     with pytest.raises(InputError, match="linear"):

@@ -18,6 +18,11 @@ CASES = cases(len(KINDS) * len(SCALINGS))
 PAIR: dict[str, Any] = {"L": [[1.0, 0.0]], "R": [[0.0, 1.0]]}
 
 
+def qpcc(**values: Any) -> QPCC:
+    """A problem of plain lists."""
+    return QPCC(**values)
+
+
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_verdict_is_that_of_any_other_units(case: ScaledCase) -> None:
     plain, scaled = solve_qpcc(case.plain), solve_qpcc(case.scaled)
@@ -38,15 +43,15 @@ def test_the_verdict_is_that_of_any_other_units(case: ScaledCase) -> None:
 def test_a_steep_objective_and_rows_of_zeros_have_their_point() -> None:
     for slope, zeros in ((1e4, 4), (1e6, 0), (1e6, 3)):
         rows = np.r_[np.zeros(zeros), -1.0][:, None]
-        found = solve_qpcc(QPCC(Q=[[1.0]], c=[-slope], G=rows, h=np.r_[np.ones(zeros), -1.0]))
+        found = solve_qpcc(qpcc(Q=[[1.0]], c=[-slope], G=rows, h=np.r_[np.ones(zeros), -1.0]))
         assert found.status is QPCCStatus.GLOBAL
         np.testing.assert_allclose(found.objective, -0.5 * slope**2, rtol=1e-6)
 
 
 def test_little_curvature_is_bounded_and_little_slope_is_not() -> None:
-    falling = solve_qpcc(QPCC(Q=np.zeros((2, 2)), c=[-1e-9, 1.0], **PAIR))
+    falling = solve_qpcc(qpcc(Q=np.zeros((2, 2)), c=[-1e-9, 1.0], **PAIR))
     assert falling.status is QPCCStatus.UNBOUNDED
-    held = solve_qpcc(QPCC(Q=np.diag([1e-12, 1.0]), c=[-1.0, 0.0], **PAIR))
+    held = solve_qpcc(qpcc(Q=np.diag([1e-12, 1.0]), c=[-1.0, 0.0], **PAIR))
     assert held.status is QPCCStatus.GLOBAL
     np.testing.assert_allclose(held.x, [1e12, 0.0], rtol=1e-6, atol=1e-6)
 
@@ -54,9 +59,9 @@ def test_little_curvature_is_bounded_and_little_slope_is_not() -> None:
 def test_a_saddle_is_left_for_a_minimum_or_a_ray() -> None:
     hessian = np.diag([1.0, -1.0])
     for pairs in ({}, PAIR):
-        falling = solve_qpcc(QPCC(Q=hessian, c=np.zeros(2), **pairs), budget=200)
+        falling = solve_qpcc(qpcc(Q=hessian, c=np.zeros(2), **pairs), budget=200)
         assert falling.status is QPCCStatus.UNBOUNDED and falling.ray is not None
-    boxed = QPCC(Q=hessian, c=np.zeros(2), lb=[-1.0, -2.0], ub=[1.0, 3.0])
+    boxed = qpcc(Q=hessian, c=np.zeros(2), lb=[-1.0, -2.0], ub=[1.0, 3.0])
     np.testing.assert_allclose(solve_qpcc(boxed).objective, -4.5, rtol=1e-8)
 
 
