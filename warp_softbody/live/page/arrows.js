@@ -32,11 +32,12 @@ export class Arrows {
       new THREE.ConeGeometry(1, 1, 12),
     ];
     for (const shape of shapes) {
-      const material = new THREE.MeshLambertMaterial({ transparent: this.inFront });
+      // drawn after the clear skin, whose colour would hide theirs
+      const material = new THREE.MeshLambertMaterial({ transparent: true });
       material.depthTest = !this.inFront;
       const mesh = new THREE.InstancedMesh(shape, material, capacity);
       mesh.frustumCulled = false;
-      mesh.renderOrder = this.inFront ? 4 : 0;
+      mesh.renderOrder = this.inFront ? 4 : 2;
       this.group.add(mesh);
     }
   }

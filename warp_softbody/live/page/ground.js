@@ -4,6 +4,8 @@ import { COLORS } from "./palette.js";
 
 const ROUND = [1, 2, 5];
 const REACH = 16;
+/** Degrees between triangles of an uneven ground from which their edge is drawn. */
+const LEAST_ANGLE = 8;
 const CORNERS = [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]];
 
 /** A round length, m, near half of a size. */
@@ -39,7 +41,11 @@ function unevenGround(ground) {
   material.side = THREE.DoubleSide;
   const mesh = new THREE.Mesh(geometry, material);
   mesh.receiveShadow = true;
-  return mesh;
+  const group = new THREE.Group();
+  const edges = new THREE.EdgesGeometry(geometry, LEAST_ANGLE);
+  const lines = new THREE.LineBasicMaterial({ color: COLORS.edge });
+  group.add(mesh, new THREE.LineSegments(edges, lines));
+  return group;
 }
 
 /** Tiles of two shades, which light does not change, and a square that takes the shadow. */

@@ -45,6 +45,7 @@ class LivePage {
     this.frame.badge.textContent = status.role === "driver" ? "" : "watching";
     this.frame.badge.hidden = status.role === "driver";
     this.frame.tell(status.message);
+    if (!status.running) this.rate.textContent = "";
   }
 
   update(bytes) {

@@ -7,7 +7,9 @@ import { Skin } from "./skin.js";
 import { Stage3D } from "./stage3d.js";
 import { vectorOf } from "./wire.js";
 
+/** Of the way to the body, that the camera goes with each moment; all of it after a jump. */
 const CATCH_UP = 0.2;
+const JUMP = 0.15;
 
 export class Viewer {
   constructor(container, outline) {
@@ -53,11 +55,14 @@ export class Viewer {
   }
 
   show(moment) {
+    const passed = this.moment ? moment.time - this.moment.time : 0;
     this.moment = moment;
     this.skin.show(moment);
     if (this.fibers.mesh.visible) this.fibers.show(moment);
     this.overlays.show(moment);
-    if (vectorOf(this.outline, moment, "com", this.center)) this.follow();
+    if (vectorOf(this.outline, moment, "com", this.center)) {
+      this.follow(passed < 0 || passed > JUMP ? 1 : CATCH_UP);
+    }
     this.stage.invalidate();
   }
 
@@ -66,12 +71,12 @@ export class Viewer {
     if (this.moment) this.offset = this.stage.controls.target.clone().sub(this.center);
   }
 
-  /** Let camera and target catch up with the centre of mass. */
-  follow() {
+  /** Let camera and target catch up with the centre of mass by a share of the way. */
+  follow(share) {
     this.ground.moveTo(this.center);
     this.offset ??= this.middle.clone().sub(this.center);
     if (!this.follows) return;
     this.change.copy(this.center).add(this.offset).sub(this.stage.controls.target);
-    this.stage.moveBy(this.change.multiplyScalar(CATCH_UP));
+    this.stage.moveBy(this.change.multiplyScalar(share));
   }
 }
