@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh_geometry import IntArray, inverse_edges
@@ -55,5 +54,8 @@ def _nearest(
     """The tets to try for each place."""
     if count >= len(tets):
         return [slice(None)] * len(places)
+    # few meshes need it, and it takes a while to load
+    from scipy.spatial import cKDTree
+
     _, near = cKDTree(points[tets].mean(axis=1)).query(places, k=count)
     return list(np.asarray(near).reshape(len(places), count))

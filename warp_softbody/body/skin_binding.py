@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
-from scipy.spatial import cKDTree
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh import TetMesh
@@ -60,6 +59,9 @@ class _Tets:
 
     def nearest(self, points: FloatArray, inside: float) -> tuple[npt.NDArray[np.intp], FloatArray]:
         """The nearest tet of each point, and its distance, m; up to ``inside`` any tet will do."""
+        # few bodies have skins of their own, and it takes a while to load
+        from scipy.spatial import cKDTree
+
         tree = cKDTree(self._corners.mean(axis=1))
         near = tree.query(points, k=min(_NEAR, len(self._corners)))[1].reshape(len(points), -1)
         chosen = np.zeros(len(points), dtype=np.intp)

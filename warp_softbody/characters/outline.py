@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import Delaunay
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
@@ -154,6 +153,9 @@ def _triangulated_cap(
     loops: list[FloatArray], size: float
 ) -> tuple[list[FloatArray], FloatArray, IntArray]:
     """Loops (split where needed), points (loops first) and anticlockwise triangles of the cap."""
+    # stored meshes need no outline, and the library takes a while to load
+    from scipy.spatial import Delaunay
+
     interior = _interior_points(loops, size)
     for _ in range(SPLIT_ROUNDS):
         points = np.concatenate([*loops, interior])

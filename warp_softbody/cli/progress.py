@@ -20,6 +20,7 @@ class ProgressBar:
         self._seconds = seconds
         self._bar: rich.progress.Progress | None = None
         self._task: rich.progress.TaskID | None = None
+        self._compiled = 0
         if not quiet and sys.stderr.isatty():
             self._bar = _bar()
 
@@ -44,8 +45,9 @@ class ProgressBar:
                 self._bar.stop()
 
     def compiling(self) -> None:
-        """Say why nothing moves yet."""
-        self._update(description="compiling kernels (first run only)")
+        """Say why nothing moves yet; called for each part that is compiled."""
+        self._compiled += 1
+        self._update(description=f"compiling kernels (first run only), {self._compiled} done")
 
     def reached(self, time: float) -> None:
         """Show the simulated time, s; at 0 nothing has moved yet."""

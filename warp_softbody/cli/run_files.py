@@ -1,4 +1,7 @@
-"""`RunFiles` writes the files of a run: stage, movie, picture and page."""
+"""`RunFiles` writes the files of a run: stage, movie, picture and page.
+
+The libraries of each are loaded where it is asked for, since they take longer than a short run.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +11,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from warp_softbody.cli.interruption import held_back
 from warp_softbody.inputs.extras import require_package
-from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
 from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice
 from warp_softbody.stage_exports.conventions import checked_target
-from warp_softbody.stage_exports.pictures.picture import Size, checked_size
 from warp_softbody.stage_exports.usd.physics_names import Profile
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.scene import Scene
 
 if TYPE_CHECKING:
     from warp_softbody.live import HtmlTake
+    from warp_softbody.stage_exports import Movie, StageWriter
+    from warp_softbody.stage_exports.pictures.picture import Size
 
 
 class RunFiles:
@@ -52,12 +56,20 @@ class RunFiles:
         self._files = ExitStack()
         self._last: Frame | None = None
         self._picture = picture
-        self._size: dict[str, Size] = {} if size is None else {"size": checked_size(size)}
+        self._size: dict[str, Size] = {}
+        if size is not None:
+            with held_back():
+                from warp_softbody.stage_exports.pictures.picture import checked_size
+
+            self._size["size"] = checked_size(size)
         if picture is not None:
             checked_target(picture, extensions=(".png",))
         _require_drawing(movie, picture)
         self._writers: list[StageWriter | Movie | HtmlTake] = []
         if stage is not None:
+            with held_back():
+                from warp_softbody.stage_exports import StageWriter
+
             writer = StageWriter(
                 stage, scene, fps=fps, metadata=metadata, camera=camera, physics=physics
             )
@@ -67,6 +79,9 @@ class RunFiles:
 
             self._writers.append(HtmlTake(page, scene, fps=fps, name=name))
         if movie is not None:
+            with held_back():
+                from warp_softbody.stage_exports import Movie
+
             self._writers.append(Movie(movie, scene, fps=fps, camera=camera, **self._size))
 
     @property
@@ -98,6 +113,9 @@ class RunFiles:
         begun = time.perf_counter()
         self._files.__exit__(kind, error, trace)
         if kind is None and self._picture is not None and self._last is not None:
+            with held_back():
+                from warp_softbody.stage_exports import draw_picture
+
             draw_picture(self._picture, self._scene, self._last, **self._size)
         self._count(begun)
 

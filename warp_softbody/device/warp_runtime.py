@@ -21,6 +21,7 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.device.kernel_loading import load_side_by_side
 from warp_softbody.device.turns import TURNS
 from warp_softbody.errors import InputError, OutputError, SoftBodyError
 
@@ -63,8 +64,10 @@ def captured(device: str, launch: Callable[[], None]) -> Any:
     Raises:
         OutputError: they can neither be loaded nor built.
     """
+    from warp_softbody.kernels.precision import MODULES
 
     def capture() -> Any:
+        load_side_by_side(device, MODULES)
         with wp.ScopedCapture(device=device) as scope:
             launch()
         return scope.graph

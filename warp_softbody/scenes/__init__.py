@@ -3,76 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
-from warp_softbody.scenes import (
-    balance_i,
-    bounce_ball,
-    cantilever,
-    crawl_i,
-    drop_block,
-    exercise_h,
-    jump_i,
-    jump_t,
-    roll_o,
-    rough_ground,
-    slide_f,
-    slope,
-    stack,
-    stairs,
-    topple_i,
-    twisted_bar,
-    walk_x,
-)
 from warp_softbody.scenes.plan import ScenePlan, SceneRecipe, Setting, suggestion
 
 __all__ = ["ScenePlan", "SceneRecipe", "Setting", "make", "names", "recipe"]
 
-_RECIPES = {
-    scene.name: scene
-    for scene in (
-        balance_i.RECIPE,
-        jump_i.JUMP_I,
-        jump_i.JUMP_I_IN_PLACE,
-        jump_t.RECIPE,
-        roll_o.ROLL_O,
-        roll_o.ROLL_O_RETURN,
-        crawl_i.CRAWL_I,
-        crawl_i.CRAWL_I_INCHWORM,
-        walk_x.WALK_X,
-        walk_x.WALK_X_FAST,
-        exercise_h.RECIPE,
-        slide_f.SLIDE_F,
-        slide_f.SLIDE_F_LEFT,
-        slide_f.SLIDE_F_DELAYED,
-        topple_i.RECIPE,
-        drop_block.RECIPE,
-        slope.RECIPE,
-        stack.RECIPE,
-        stairs.RECIPE,
-        rough_ground.RECIPE,
-        cantilever.RECIPE,
-        twisted_bar.RECIPE,
-        bounce_ball.RECIPE,
-    )
+_HOMES = {
+    "balance-i": ("balance_i", "RECIPE"),
+    "jump-i": ("jump_i", "JUMP_I"),
+    "jump-i-in-place": ("jump_i", "JUMP_I_IN_PLACE"),
+    "jump-t": ("jump_t", "RECIPE"),
+    "roll-o": ("roll_o", "ROLL_O"),
+    "roll-o-return": ("roll_o", "ROLL_O_RETURN"),
+    "crawl-i": ("crawl_i", "CRAWL_I"),
+    "crawl-i-inchworm": ("crawl_i", "CRAWL_I_INCHWORM"),
+    "walk-x": ("walk_x", "WALK_X"),
+    "walk-x-fast": ("walk_x", "WALK_X_FAST"),
+    "exercise-h": ("exercise_h", "RECIPE"),
+    "slide-f": ("slide_f", "SLIDE_F"),
+    "slide-f-left": ("slide_f", "SLIDE_F_LEFT"),
+    "slide-f-delayed": ("slide_f", "SLIDE_F_DELAYED"),
+    "topple-i": ("topple_i", "RECIPE"),
+    "drop-block": ("drop_block", "RECIPE"),
+    "slope": ("slope", "RECIPE"),
+    "stack": ("stack", "RECIPE"),
+    "stairs": ("stairs", "RECIPE"),
+    "rough-ground": ("rough_ground", "RECIPE"),
+    "cantilever": ("cantilever", "RECIPE"),
+    "twisted-bar": ("twisted_bar", "RECIPE"),
+    "bounce-ball": ("bounce_ball", "RECIPE"),
 }
+"""The file and the name of each scene's recipe; a file is read when its scene is asked for."""
 
 
 def names() -> tuple[str, ...]:
     """Return the names of all scenes."""
-    return tuple(_RECIPES)
+    return tuple(_HOMES)
 
 
 def recipe(name: str) -> SceneRecipe:
     """Return the recipe of a scene; an unknown name raises with close matches."""
     if not isinstance(name, str):
         checks.refuse("name of a scene", "a text", name)
-    if name not in _RECIPES:
+    if name not in _HOMES:
         raise InputError(
-            f"there is no scene {checks.shown(name)}; {suggestion(name, list(_RECIPES))}"
+            f"there is no scene {checks.shown(name)}; {suggestion(name, list(_HOMES))}"
         )
-    return _RECIPES[name]
+    home, attribute = _HOMES[name]
+    found: SceneRecipe = getattr(import_module(f"{__name__}.{home}"), attribute)
+    return found
 
 
 def make(name: str, settings: Mapping[str, str | float] | None = None) -> ScenePlan:
