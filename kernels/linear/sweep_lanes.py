@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.linear import pcg as cg
+from warp_softbody.kernels.linear.transfer_lanes import make_transfer_lanes
 from warp_softbody.kernels.linear.two_level import SUBJECT as TWO_LEVEL
 from warp_softbody.kernels.precision import real
 
@@ -103,9 +103,8 @@ def sweep_lanes_on(device: str, precision: str) -> SimpleNamespace | None:
 def make_sweep_lanes(precision: str) -> SimpleNamespace:
     """Kernels of one application, in the order of their launch."""
     types = real(precision)
-    scalar, vec3, vec4, mat33 = types.scalar, types.vec3, types.vec4, types.mat33
+    vec3, vec4, mat33 = types.vec3, types.vec4, types.mat33
     kernel = types.kernel(SUBJECT)
-    project = cg.make_conjugate_gradients(precision).project
 
     @types.native(FORWARD)
     def forward(
@@ -154,53 +153,6 @@ def make_sweep_lanes(precision: str) -> SimpleNamespace:
         # fmt: on
 
     @kernel
-    def restrict_residual(
-        # model
-        aggregate_start: wp.array(dtype=int),
-        aggregate_nodes: wp.array(dtype=int),
-        offsets: wp.array(dtype=vec3),
-        # in
-        constraints: wp.array(dtype=int),
-        constraint_axes: wp.array(dtype=vec3),
-        rotations: wp.array(dtype=mat33),
-        behind: wp.array(dtype=vec4),
-        # out
-        coarse: wp.array(dtype=vec3),
-    ):
-        aggregate = wp.tid()
-        force = vec3()
-        moment = vec3()
-        for k in range(aggregate_start[aggregate], aggregate_start[aggregate + 1]):
-            i = aggregate_nodes[k]
-            here = vec3(behind[i][0], behind[i][1], behind[i][2])
-            free = project(constraints[i], constraint_axes[i], here)
-            turned = wp.transpose(rotations[i]) * free
-            force -= turned
-            moment -= wp.cross(offsets[i], turned)
-        coarse[2 * aggregate] = force
-        coarse[2 * aggregate + 1] = moment
-
-    @kernel
-    def prolong(
-        # model
-        aggregate_of: wp.array(dtype=int),
-        offsets: wp.array(dtype=vec3),
-        # in
-        constraints: wp.array(dtype=int),
-        constraint_axes: wp.array(dtype=vec3),
-        rotations: wp.array(dtype=mat33),
-        coarse: wp.array(dtype=vec3),
-        # out
-        z: wp.array(dtype=vec4),
-    ):
-        i = wp.tid()
-        aggregate = aggregate_of[i]
-        if aggregate >= 0:
-            motion = coarse[2 * aggregate] + wp.cross(coarse[2 * aggregate + 1], offsets[i])
-            free = project(constraints[i], constraint_axes[i], rotations[i] * motion)
-            z[i] = z[i] + vec4(free[0], free[1], free[2], scalar(0.0))
-
-    @kernel
     def sweep_backward(
         # model
         row_start: wp.array(dtype=int),
@@ -222,9 +174,10 @@ def make_sweep_lanes(precision: str) -> SimpleNamespace:
         )
         # fmt: on
 
+    transfer = make_transfer_lanes(precision)
     return SimpleNamespace(
         sweep_forward=sweep_forward,
-        restrict_residual=restrict_residual,
-        prolong=prolong,
+        restrict_residual=transfer.restrict_residual,
+        prolong=transfer.prolong,
         sweep_backward=sweep_backward,
     )

@@ -13,6 +13,7 @@ from warp_softbody.kernels.linear.pcg import make_conjugate_gradients, make_prod
 from warp_softbody.kernels.linear.product_lanes import product_lanes_on
 from warp_softbody.kernels.linear.stopping import make_stopping
 from warp_softbody.kernels.linear.structs import make_linear_structs
+from warp_softbody.kernels.linear.vector_lanes import vector_lanes_on
 from warp_softbody.linear.preconditioner import Preconditioner
 from warp_softbody.linear.system import LinearSystem
 
@@ -51,9 +52,11 @@ class ConjugateGradients:
         self._system = system
         self._values = values
         self._preconditioner = preconditioner
-        self._kernels = make_conjugate_gradients(types.name)
         lanes = product_lanes_on(system.device, types.name) if system.native_code else None
         self._products = lanes or make_products(types.name)
+        vectors = vector_lanes_on(system.device, types.name) if system.native_code else None
+        self._kernels = make_conjugate_gradients(types.name)
+        self._updates = vectors or self._kernels
         self._work = system.zeros(n, types.vec4) if lanes else None
         self._stopping = make_stopping(types.name)
         self._vectors = {name: system.zeros(n, types.vec3) for name in "rzpq"}
@@ -118,6 +121,7 @@ class ConjugateGradients:
         that goes on ``again`` takes back that the one before it did not converge.
         """
         system, k, v, s = self._system, self._kernels, self._vectors, self._sums
+        updates = self._updates
         self.residual(right_side, slip_stiffness, change)
         if constraints is not None:
             constraints.finish_residual(v["r"], s["rr"])
@@ -128,12 +132,12 @@ class ConjugateGradients:
         def iterate() -> None:
             self._preconditioner.apply(v["r"], v["z"])
             filtered = [system.chunk, self.constraints, v["r"]]
-            self._launch(k.filtered_product, filtered, [v["z"], s["rz"]])
+            self._launch(updates.filtered_product, filtered, [v["z"], s["rz"]])
             if constraints is not None:
                 # r is in the narrowed space, so its product with z stays what it is
                 constraints.project(v["z"])
             self._launch(k.add_up, [int(Scalar.NEW_PRODUCT), s["rz"]], [self.scalars], dim=1)
-            self._launch(k.direction, [system.chunk, self.scalars, v["z"]], [v["p"]])
+            self._launch(updates.direction, [system.chunk, self.scalars, v["z"]], [v["p"]])
             inputs = [system.chunk, self.rows, self._values, self.constraints]
             inputs += [slip_stiffness, v["p"]]
             outputs = [v["q"], s["pq"], s["pp"]]
@@ -146,7 +150,7 @@ class ConjugateGradients:
             self._launch(k.add_up_curvature, [s["pq"], s["pp"]], [self.scalars], dim=1)
             inputs = [system.chunk, self._follows, system.masses.mass, self.scalars]
             outputs = [change, v["r"], self._residual_sums]
-            self._launch(k.advance, [*inputs, v["p"], v["q"], self.start], outputs)
+            self._launch(updates.advance, [*inputs, v["p"], v["q"], self.start], outputs)
             inputs = [system.max_iterations, self._follows, system.node_count]
             inputs += [s["rr"], s["change"], self._net]
             self._launch(self._stopping.conclude, inputs, [self.scalars, self.counters], dim=1)

@@ -218,7 +218,7 @@ class TwoLevel:
             inputs = [*aggregates, *contact, self._behind]
             self._launch(lanes.restrict_residual, len(self._right) // 2, inputs, [self._right])
             self._factor.solve(self._unturned, self._right, self._motion)
-            self._launch(lanes.prolong, system.node_count, middle, [self._swept])
+            self._launch(lanes.prolong, 1, middle, [self._swept])
             inputs = [*rows, *sweep, residual, self._swept]
             self._launch(lanes.sweep_backward, 1, inputs, [self._behind, result])
             return
