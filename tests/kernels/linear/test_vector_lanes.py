@@ -41,11 +41,11 @@ def launched(name: str, precision: Precision, make: Any, follows: int) -> list[A
         kinds=wp.array(kinds, dtype=int, device="cpu"),
         axes=wp.array(axes, dtype=types.vec3, device="cpu"),
     )
-    scalars = wp.array(rng.uniform(0.5, 1.0, len(Scalar)), dtype=wp.float64, device="cpu")
+    scalars: Any = wp.array(rng.uniform(0.5, 1.0, len(Scalar)), dtype=wp.float64, device="cpu")
     a, b, c, d, e = (vectors() for _ in range(5))
-    masses = wp.array(rng.uniform(1.0, 2.0, NODES), dtype=types.scalar, device="cpu")
+    masses: Any = wp.array(rng.uniform(1.0, 2.0, NODES), dtype=types.scalar, device="cpu")
     squares, moved, net = sums(), sums(), sums(wp.vec3d)
-    inputs, outputs, found = {
+    arguments: dict[str, tuple[list[Any], list[Any], list[Any]]] = {
         "filtered_product": ([CHUNK, constraints, a], [b, squares], [b, squares]),
         "direction": ([CHUNK, scalars, a], [b], [b]),
         "advance": (
@@ -53,7 +53,8 @@ def launched(name: str, precision: Precision, make: Any, follows: int) -> list[A
             [d, e, struct_of(structs.ResidualSums, squares=squares, moved=moved, net=net)],
             [d, e, squares, moved, net],
         ),
-    }[name]
+    }
+    inputs, outputs, found = arguments[name]
     kernel = getattr(make(precision), name)
     wp.launch(kernel, dim=chunks, inputs=inputs, outputs=outputs, device="cpu")
     return [array.numpy() for array in found]
