@@ -4,7 +4,7 @@ Per tet: deformation gradient F = Ds Dm^-1, rotation R = closest_rotation(F), S 
 eps = sym(S) - I, first Piola-Kirchhoff stress P = R (2 mu eps + lambda tr(eps) I), nodal forces -V0
 P g_a with g_a the rest gradients of the shape functions. What belongs to a corner of a tet stands
 at slot 4 t + corner; corner 0 is minus the sum of the others, so the net force is zero by
-construction. ``tet_lanes`` and ``gather_lanes`` have the same in native code.
+construction. ``tet_lanes``, ``edge_lanes`` and ``node_lanes`` have the same in native code.
 """
 
 from functools import cache

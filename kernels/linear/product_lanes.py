@@ -18,6 +18,9 @@ from warp_softbody.kernels.precision import real
 
 SUBJECT = "conjugate_gradients_lanes"
 
+ROWS_AHEAD = 12
+"""Rows whose blocks are fetched ahead: processors foresee no gaps."""
+
 # ``stiffness``: a row of K times what ``low`` and ``high`` find across the edge to each neighbour.
 COMMON = """
 #pragma clang fp contract(fast)
@@ -87,6 +90,10 @@ PRODUCT = """
     quad* sums = (quad*)work.data;
     const int count = (int)p.shape[0];
     for (int i = 0; i < count; ++i) {
+        const int ahead = i + AHEAD < count ? i + AHEAD : count - 1;
+        const char* line = (const char*)(A + 9 * (size_t)starts[ahead]);
+        const char* end = (const char*)(A + 9 * (size_t)diagonal_slot.data[ahead]);
+        for (; line < end; line += 64) __builtin_prefetch(line);
         const quad here = node(x, i);
         quad y0 = {}, y1 = {}, y2 = {};
         const int diagonal = diagonal_slot.data[i];
@@ -114,7 +121,7 @@ PRODUCT = """
         partial.data[c] = stiff_sum;
         mass_partial.data[c] = inertia_sum;
     }
-"""
+""".replace("AHEAD", str(ROWS_AHEAD))
 
 RESIDUAL = """
     const SCALAR *x = (const SCALAR*)before.data, *d = (const SCALAR*)change.data;

@@ -18,7 +18,7 @@ from warp_softbody.kernels.precision import real
 
 SUBJECT = f"{TWO_LEVEL}_lanes"
 
-ROWS_AHEAD = 6
+ROWS_AHEAD = 12
 """Rows whose blocks a sweep fetches ahead: processors foresee no gaps and no falling addresses."""
 
 # Four numbers stand for a node in ``x`` and ``sums``, so that no store overlaps the load of another

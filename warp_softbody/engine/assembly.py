@@ -15,9 +15,10 @@ from warp_softbody.engine.implicit_muscles import ImplicitMuscles
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model import Model
 from warp_softbody.kernels.elastic.corotated import make_elasticity
+from warp_softbody.kernels.elastic.edge_lanes import edge_lanes_on
 from warp_softbody.kernels.elastic.exact_volume import make_exact_volume
-from warp_softbody.kernels.elastic.gather_lanes import gather_lanes_on
 from warp_softbody.kernels.elastic.lanes import GROUP
+from warp_softbody.kernels.elastic.node_lanes import node_lanes_on
 from warp_softbody.kernels.elastic.rotation_lanes import rotation_lanes_on
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
 from warp_softbody.kernels.elastic.smoothed_volume import make_smoothed_volume
@@ -73,7 +74,8 @@ class Assembly:
         native = options.native_code
         self._lanes = rotation_lanes_on(*where) if native else None
         self._tet_lanes = tet_lanes_on(*where) if native else None
-        self._gather_lanes = gather_lanes_on(*where) if native else None
+        self._edge_lanes = edge_lanes_on(*where) if native else None
+        self._node_lanes = node_lanes_on(*where) if native else None
         # of every group of matrices that are turned side by side; no two threads share one
         self._edge_count = len(model.topology.edge_slots)
         most = max(m, n, self._edge_count)
@@ -89,7 +91,7 @@ class Assembly:
         self._smoothing: Any = None
         if options.tangent != "warped":
             self._tangent = make_tangent(options.precision)
-            self._couplings = work.zeros(4 * m, types.mat33)
+            self._couplings = work.zeros(4 * m + 1, types.mat33)
             self._tangent_kind = int(TangentKind[options.tangent.upper()])
             side_by_side = self._lanes is not None and options.tangent == "conserving"
             made = make_tangent_lanes(options.precision) if side_by_side else None
@@ -260,15 +262,15 @@ class Assembly:
             self._launch(kernel, a, b, inputs, [self.values])
 
     def _edges(self, first: int, last: int) -> None:
-        lanes = self._gather_lanes
+        lanes = self._edge_lanes
         for part, a, b in self._by_body("edges", first, last):
             if part.material.volume == "exact":
-                kernel = self._exact_volume.stiffness_edges if lanes is None else lanes.exact_edges
+                kernel = lanes.exact if lanes else self._exact_volume.stiffness_edges
                 self._each_edge(kernel, a, b, self._volume_gradients)
             elif self._smoothing is not None:
                 self._each_edge(self._smoothing.smoothed_edges, a, b, self._turned_gradients)
             else:
-                kernel = self._elasticity.stiffness_edges if lanes is None else lanes.linear_edges
+                kernel = lanes.linear if lanes else self._elasticity.stiffness_edges
                 self._each_edge(kernel, a, b)
 
     def _couple(self, positions: Any, first: int, last: int) -> None:
@@ -290,14 +292,21 @@ class Assembly:
             self._launch(self._tangent.couple_tets, a, b, inputs, outputs)
 
     def _coupled_edges(self, first: int, last: int) -> None:
+        conserving = self._tangent_kind == TangentKind.CONSERVING
+        lanes = self._edge_lanes if conserving else None
         for part, a, b in self._by_body("edges", first, last):
-            if part.material.volume == "exact":
+            exact = part.material.volume == "exact"
+            if lanes is not None and exact:
+                now = [self._volume_gradients, self._couplings]
+                self._each_edge(lanes.coupled_exact, a, b, *now)
+            elif exact:
                 *model, gradients = self._edge_inputs(part, a, b)
                 now = [gradients, self._volume_gradients, self._couplings, self._twists]
                 inputs = [*model, self._tangent_kind, *now]
                 self._launch(self._volume_tangent.coupled_edges, a, b, inputs, [self.values])
             else:
-                self._each_edge(self._tangent.coupled_edges, a, b, self._couplings)
+                kernel = lanes.coupled_linear if lanes else self._tangent.coupled_edges
+                self._each_edge(kernel, a, b, self._couplings)
 
     def _nodes(self, velocities: Any, first: int, last: int) -> None:
         arrays = self._model.arrays
@@ -309,14 +318,14 @@ class Assembly:
             step = [arrays.masses.mass[a:b], arrays.step.gravity, part.step_factors]
             inputs = [*around, *rows, *step, velocities[a:b], self._forces]
             outputs = [self.values, self.impulses[a:b], self.momentum[a:b]]
-            nodes = self._gather_lanes or self._elasticity
+            nodes = self._node_lanes or self._elasticity
             self._launch(nodes.finish_nodes, a, b, inputs, outputs)
 
     def _turn_nodes(self, inputs: list[Any], a: int, b: int) -> None:
         """Launch the rotations closest to the means over the tets around nodes."""
         outputs = [self.node_rotations[a:b]]
-        if self._gather_lanes is None:
+        if self._node_lanes is None:
             self._launch(self._elasticity.rotate_nodes, a, b, inputs, outputs)
             return
-        self._launch(self._gather_lanes.mean_turns, a, b, inputs, outputs)
+        self._launch(self._node_lanes.mean_turns, a, b, inputs, outputs)
         self._rotate(self.node_rotations, a, b)
