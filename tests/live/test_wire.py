@@ -64,6 +64,12 @@ def test_its_numbers_are_those_of_the_body() -> None:
     assert numbers["support"] == pytest.approx(frame.contacts.forces[:, 2].sum())
 
 
+def test_uneven_ground_has_no_capture_point() -> None:
+    view, frame = view_of("stairs")
+    numbers = dict(zip(view.outline.numbers, view.moment(frame).numbers.tolist(), strict=True))
+    assert np.isnan(numbers["capture.x"]) and np.isfinite(numbers["com.x"])
+
+
 def test_updates_of_a_take_are_differences() -> None:
     view, frame = view_of()
     outline = json.loads(as_text(view.outline.as_json()))

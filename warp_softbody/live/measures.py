@@ -37,7 +37,7 @@ class CharacterMeasures:
         *,
         gravity: tuple[float, float, float] | None,
         normal: tuple[float, float, float] | None,
-        offset: float,
+        offset: float | None,
     ) -> None:
         """Of a body.
 
@@ -46,7 +46,8 @@ class CharacterMeasures:
             mass: kg; None where it is not known, and momenta with it.
             gravity: m/s^2; None where it is not known, and the capture point with it.
             normal: of the ground; None without one.
-            offset: of the ground along its normal, m.
+            offset: of a plane along its normal, m; None on uneven ground, which has no height, and
+                so no capture point, of its own.
         """
         self._shares = shares
         self._mass = mass
@@ -88,8 +89,10 @@ class CharacterMeasures:
 
     def _capture_point(self, center: FloatArray, velocity: FloatArray) -> FloatArray:
         normal = self._normal
-        height = 0.0 if normal is None else float(normal @ center) - self._offset
-        if normal is None or not self._fall or height <= 0.0:
+        if normal is None or self._offset is None or not self._fall:
+            return np.full(3, np.nan)
+        height = float(normal @ center) - self._offset
+        if height <= 0.0:
             return np.full(3, np.nan)
         along = velocity - (normal @ velocity) * normal
         below = center - height * normal

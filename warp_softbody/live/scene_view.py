@@ -84,14 +84,8 @@ def character_measures(scene: Scene) -> CharacterMeasures:
     )
 
 
-def level_of(ground: Ground | None) -> tuple[tuple[float, float, float] | None, float]:
-    """Normal and offset of a ground taken for a plane; of an uneven one at its mean height."""
+def level_of(ground: Ground | None) -> tuple[tuple[float, float, float] | None, float | None]:
+    """Normal of a ground, and the offset along it of a plane."""
     if ground is None:
-        return None, 0.0
-    if isinstance(ground, Plane):
-        return ground.normal, ground.offset
-    triangles = getattr(ground, "triangles", None)
-    if triangles is None:
-        return ground.normal, 0.0
-    vertices, _ = triangles()
-    return ground.normal, float((vertices @ np.array(ground.normal)).mean())
+        return None, None
+    return ground.normal, ground.offset if isinstance(ground, Plane) else None
