@@ -57,7 +57,9 @@ def cold_minima(
     if search.spent:
         return ColdStart(list(found.values()))
     size = _size(search)
-    general = ScaledQPCC(to_general(search.scaled.problem, size), CertifiedSolver(thorough=False))
+    full = to_general(search.scaled.problem, size)
+    solver = CertifiedSolver(thorough=False)
+    general = ScaledQPCC(full, solver, scales=full.with_own_units())
     start = ColdStart([])
     _relax(search, general, start)
     if not start.infeasible:

@@ -3,7 +3,7 @@
 The logarithms of all scales are chosen by least squares (Curtis and Reid, 1972), here over rows,
 variables, objective and the unit of the variables at once. A problem whose rows, variables, unit or
 objective were multiplied by any factors is therefore brought back to the same numbers. Scales are
-powers of two: scaling rounds nothing.
+powers of two for the variables, and rows are divided by their largest coefficient.
 """
 
 from __future__ import annotations
@@ -64,6 +64,16 @@ def equilibrate(
 ) -> Equilibration:
     """The scales of a problem; ``bounds`` are arrays (n,), infinite where there is none."""
     variables = np.exp2(_exponents(hessian, gradient, blocks, bounds))
+    return row_equilibrated(variables, hessian, gradient, blocks)
+
+
+def row_equilibrated(
+    variables: FloatArray,
+    hessian: FloatArray,
+    gradient: FloatArray,
+    blocks: tuple[RowBlock, ...],
+) -> Equilibration:
+    """Known scales of the variables, and those of rows and objective that go with them."""
     scaled = [np.abs(block.rows) * variables for block in blocks]
     row_scales = tuple(
         _row_scales(rows, block.constants) for rows, block in zip(scaled, blocks, strict=True)
@@ -77,7 +87,7 @@ def _row_scales(rows: FloatArray, constants: FloatArray) -> FloatArray:
     """Largest coefficient of every row, its constant where all are zero, and 1 if that is too."""
     size: FloatArray = rows.max(axis=1, initial=0.0)
     size = np.where(size > 0.0, size, np.abs(np.where(np.isfinite(constants), constants, 0.0)))
-    return np.exp2(np.round(np.log2(np.where(size > 0.0, size, 1.0))))
+    return np.where(size > 0.0, size, 1.0)
 
 
 def _power(size: float) -> float:

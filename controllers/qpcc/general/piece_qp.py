@@ -30,6 +30,7 @@ from warp_softbody.controllers.qp.sparse_or_dense import (
 )
 from warp_softbody.controllers.qpcc.general.convex_concave import convex_concave_split
 from warp_softbody.controllers.qpcc.general.curvature import FAR_OFF, drifts
+from warp_softbody.controllers.qpcc.general.equilibration import Equilibration
 from warp_softbody.controllers.qpcc.general.piece_solution import (
     LEFT,
     RIGHT,
@@ -83,16 +84,18 @@ class ScaledQPCC:
         *,
         sparse_above: int = SPARSE_SIZE,
         unit: float = 1.0,
+        scales: Equilibration | None = None,
     ) -> None:
         """Scale the problem; split an indefinite Q into a convex and a concave part.
 
         Matrices of more than ``sparse_above`` columns are sparse where that pays. The ``unit``, a
-        power of two, is a typical size of the variables in their scales.
+        power of two, is a typical size of the variables in their scales, by default those of the
+        problem's equilibration.
         """
         self.problem = problem
         self.qp_solver = qp_solver
         self.qp_count = 0
-        scales = problem.equilibration
+        scales = scales or problem.equilibration
         over, over_row, over_left, over_right = (unit * scale for scale in scales.blocks)
         self.side_scales = over, over_row, over_left, over_right
         size = self.variable_scale = unit * scales.variables

@@ -21,6 +21,7 @@ from warp_softbody.controllers.qpcc.general.equilibration import (
     Equilibration,
     RowBlock,
     equilibrate,
+    row_equilibrated,
 )
 from warp_softbody.controllers.qpcc.general.problem_arrays import (
     check_numbers,
@@ -149,10 +150,17 @@ class QPCC(FrozenValue):
     @cached_property
     def equilibration(self) -> Equilibration:
         """Scales of variables, objective, and the rows of A, G, L and R, in this order."""
+        return equilibrate(self.Q, self.c, self._blocks, (self.lb, self.ub))
+
+    def with_own_units(self) -> Equilibration:
+        """The same where the variables are in good units already: these are kept."""
+        return row_equilibrated(np.ones_like(self.c), self.Q, self.c, self._blocks)
+
+    @property
+    def _blocks(self) -> tuple[RowBlock, ...]:
         heights = np.where(np.isfinite(self.h), self.h, self.h_lower)
         blocks = ((self.A, self.b), (self.G, heights), (self.L, self.l0), (self.R, self.r0))
-        rows = tuple(RowBlock(matrix, constants) for matrix, constants in blocks)
-        return equilibrate(self.Q, self.c, rows, (self.lb, self.ub))
+        return tuple(RowBlock(matrix, constants) for matrix, constants in blocks)
 
     def sides(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``L x + l0`` and ``R x + r0``."""
