@@ -3,7 +3,9 @@
 #   make test       lints, type-checks and runs every test but the long ones, on all cores;
 #                   prints which lines of Python they reach
 #   make test-long  the long ones
-#   make test-viewers  the pages in a browser of this machine, where there is one
+#   make test-viewers  the pages in a browser of this machine, where there is one; installs Blender,
+#                   Newton and NVIDIA's asset validator into out/viewers (2 GB) and lets them read
+#                   stages; Blender's pictures are in out/viewers/pictures
 #   make docs       builds the pages and the API reference as a site in out/site
 #   make charts     charts error over cost of the scenes into docs/frontier (an hour on two cores),
 #                   stores the settings that `run --error` uses, and brings the tables of
@@ -24,6 +26,13 @@ TUNED := cantilever=2% cantilever=5% twisted-bar=2% twisted-bar=5% drop-block=5%
 
 # Small dense matrices are solved faster, and runs repeat bit for bit, on one BLAS thread.
 export OPENBLAS_NUM_THREADS := 1
+
+# Programs that read stages, and the packages that each needs.
+VIEWERS := validator blender newton
+VIEWER_PYTHON ?= python3.11
+PACKAGES_validator := omniverse-asset-validator==1.18.* usd-core==26.5 numpy
+PACKAGES_blender := bpy==4.5.*
+PACKAGES_newton := newton==1.8.* newton-usd-schemas usd-core
 
 # Tests share the cores; a core that is done takes over from the others. One process: make JOBS=0 test
 JOBS ?= auto
@@ -51,7 +60,7 @@ test: $(VENV)/.dev
 test-long: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -m long
 
-test-viewers: $(VENV)/.dev
+test-viewers: $(VENV)/.dev $(VIEWERS:%=$(OUT)/viewers/%/.installed)
 	$(BIN)/python -m pytest -q -m viewers
 
 docs: $(VENV)/.docs
@@ -87,6 +96,12 @@ $(VENV)/.docs: pyproject.toml | $(BIN)/python
 
 $(VENV)/.dev: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	touch $@
+
+# Each program has an environment of its own; bpy 4.5 has wheels for Python 3.11 alone.
+$(OUT)/viewers/%/.installed:
+	$(VIEWER_PYTHON) -m venv $(OUT)/viewers/$*
+	$(OUT)/viewers/$*/bin/python -m pip install --quiet --disable-pip-version-check $(PACKAGES_$*)
 	touch $@
 
 clean:

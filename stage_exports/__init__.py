@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from warp_softbody.stage_exports.pictures.movie import Movie
     from warp_softbody.stage_exports.pictures.picture import draw_picture
     from warp_softbody.stage_exports.pictures.sheet import draw_take, take_bounds
+    from warp_softbody.stage_exports.pictures.still import draw_frame
     from warp_softbody.stage_exports.usd.chunks import recover
     from warp_softbody.stage_exports.usd.reader import Take, body_names, read_take
     from warp_softbody.stage_exports.usd.skin_files import read_skin
@@ -27,6 +28,7 @@ _HOMES = {
     "StageWriter": "usd.writer",
     "Take": "usd.reader",
     "body_names": "usd.reader",
+    "draw_frame": "pictures.still",
     "draw_picture": "pictures.picture",
     "draw_take": "pictures.sheet",
     "measure": "measures",
@@ -45,6 +47,7 @@ __all__ = [
     "Take",
     "body_names",
     "convert",
+    "draw_frame",
     "draw_picture",
     "draw_take",
     "measure",

@@ -45,11 +45,11 @@ class Renderer:
         self._directions = self._through(self._rows, self._columns)
         self._rays = self._see_floor(self._directions)
 
-    def draw(self, pose: Pose) -> Image:
-        """(height, width, 3) picture in sRGB, 8 bits a channel."""
+    def draw(self, pose: Pose, *, background: FloatArray = BACKDROP) -> Image:
+        """(height, width, 3) picture in sRGB, 8 bits a channel, before a linear RGB."""
         body = LitBody(self._subject, self._albedo, self._normals, pose)
         light = None if self._floor is None else FloorLight(self._floor, body.caster, pose.skin)
-        color = _floor_colors(light, self._rays, len(self._directions))
+        color = _floor_colors(light, self._rays, len(self._directions), background)
         near = self._around(pose)
         limit = np.inf if self._rays is None else self._rays.distance[near]
         part = color[near]
@@ -59,17 +59,21 @@ class Renderer:
         color[near] = part
         image = tone(color)
         edges = np.flatnonzero(_edges(image.reshape(self._height, self._width, 3)))
-        image[edges] = self._fine(body, light, edges)
+        image[edges] = self._fine(body, light, edges, background)
         return (image * 255.0 + 0.5).astype(np.uint8).reshape(self._height, self._width, 3)
 
     def _fine(
-        self, body: LitBody, light: FloorLight | None, pixels: npt.NDArray[np.intp]
+        self,
+        body: LitBody,
+        light: FloorLight | None,
+        pixels: npt.NDArray[np.intp],
+        background: FloatArray,
     ) -> FloatArray:
         total = np.zeros((len(pixels), 3))
         for down, right in _FINE:
             rays = self._through(self._rows[pixels] + down, self._columns[pixels] + right)
             floor = self._see_floor(rays)
-            color = _floor_colors(light, floor, len(rays))
+            color = _floor_colors(light, floor, len(rays), background)
             limit = np.inf if floor is None else floor.distance
             body.paint(color, self._camera.eye, rays, np.broadcast_to(limit, len(rays)))
             total += tone(color)
@@ -107,8 +111,10 @@ class Renderer:
         return np.flatnonzero(inside)
 
 
-def _floor_colors(light: FloorLight | None, rays: FloorRays | None, count: int) -> FloatArray:
-    color = np.tile(BACKDROP, (count, 1))
+def _floor_colors(
+    light: FloorLight | None, rays: FloorRays | None, count: int, background: FloatArray
+) -> FloatArray:
+    color = np.tile(background, (count, 1))
     if light is not None and rays is not None:
         color[rays.hit] = light.colors(rays)
     return color

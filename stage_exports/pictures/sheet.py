@@ -65,7 +65,7 @@ def draw_take(
         renderer.look(camera)
         images.append(renderer.draw(Pose.of_takes(shown, index)))
     if captions:
-        told = [_told(shown, index) for index in chosen]
+        told = [told(shown, index) for index in chosen]
         images = [captioned(image, *words) for image, words in zip(images, told, strict=True)]
     save_png(target, _tiled(images, columns))
     return target
@@ -91,7 +91,7 @@ def _box(takes: Sequence[Take], index: int) -> tuple[FloatArray, FloatArray]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def _told(takes: Sequence[Take], index: int) -> tuple[str, str]:
+def told(takes: Sequence[Take], index: int) -> tuple[str, str]:
     """Time of a frame, and the way of the first body's middle along the ground."""
     points = takes[0].tet_points
     normal = np.array((0.0, 0.0, 1.0) if takes[0].ground is None else takes[0].ground.normal)

@@ -67,6 +67,8 @@ class LitBody:
 
     def _in_own_flesh(self, fiber: Hits, skin: Hits) -> BoolArray:
         """Whether the skin in front of a fibre, if there is any, is that of its own body."""
+        if not len(self._subject.face_bodies):
+            return np.ones(len(fiber.face), dtype=bool)
         own = self._owners(fiber.face) == self._subject.face_bodies[skin.face]
         return np.asarray(own | (skin.distance >= fiber.distance))
 

@@ -263,6 +263,10 @@ def exports(folder: Path) -> Samples:
             {"stage": stage, "path": folder / "c.npz"},
         ),
         "body_names": (stage_exports.body_names, {"path": stage}),
+        "draw_frame": (
+            stage_exports.draw_frame,
+            {"path": folder / "f.png", "stage": stage, "size": small},
+        ),
         "draw_picture": (
             partial(stage_exports.draw_picture, folder / "a.png"),
             {"scene": scene(), "frame": frame(), "size": small},
