@@ -16,7 +16,7 @@ from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice, camer
 from warp_softbody.stage_exports.conventions import checked_target
 from warp_softbody.stage_exports.pictures.captions import captioned
 from warp_softbody.stage_exports.pictures.picture import DEFAULT_SIZE, Size, checked_size, save_png
-from warp_softbody.stage_exports.pictures.render import Image, Renderer
+from warp_softbody.stage_exports.pictures.render import Image, Renderer, tone
 from warp_softbody.stage_exports.pictures.sheet import told
 from warp_softbody.stage_exports.pictures.subject import Pose, Subject
 from warp_softbody.stage_exports.usd.reader import Take, read_takes
@@ -137,7 +137,7 @@ def _cut_out(renderer: Renderer, pose: Pose) -> Image:
     black, white = (
         renderer.draw(pose, background=np.full(3, level)).astype(np.float64) for level in (0.0, 1.0)
     )
-    bright = float(white.max())
+    bright = np.floor(255.0 * float(tone(np.ones(1))[0]) + 0.5)
     through = np.clip((white - black).max(axis=2) / bright, 0.0, 1.0)
     alpha = 1.0 - through
     color = np.divide(black, alpha[..., None], out=np.zeros_like(black), where=alpha[..., None] > 0)

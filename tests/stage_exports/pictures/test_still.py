@@ -73,9 +73,8 @@ def test_the_command_draws_frames_and_sheets(
 ) -> None:
     stage = str(write_take())
     one, sheet = tmp_path / "one.png", tmp_path / "sheet.png"
-    assert (
-        main(["picture", stage, "-o", str(one), "--frame", "2", "--size", "48x36", "--json"]) == 0
-    )
+    small = ("--size", "48x36")
+    assert main(["picture", stage, "-o", str(one), "--frame", "2", "--json", *small]) == 0
     assert json.loads(capsys.readouterr().out) == {"stage": stage, "file": str(one)}
     assert main(["picture", stage, "-o", str(sheet), "--sheet", "2", *small]) == 0
     assert Image.open(one).size == (48, 36) and Image.open(sheet).size == (100, 36)
