@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
+from typing import Any
 
 import bpy
 
@@ -30,15 +31,16 @@ def main(stage: str, folder: str, frames: list[int]) -> None:
     print("\n" + json.dumps({"bent": max(map(bent, skins)), "curves": len(curves)}))
 
 
-def bent(skin: object) -> float:
+def bent(skin: Any) -> float:
     """Largest angle, radians, between the normal at a corner and that of its face."""
     graph = bpy.context.evaluated_depsgraph_get()
     mesh = skin.evaluated_get(graph).to_mesh()
-    return max(
+    angles = [
         mesh.corner_normals[corner].vector.angle(face.normal)
         for face in mesh.polygons
         for corner in face.loop_indices
-    )
+    ]
+    return float(max(angles))
 
 
 if __name__ == "__main__":
