@@ -36,8 +36,10 @@ OPTIONS = SimulationOptions(time_step=1.0 / 60.0, precision="float32", sleep=Fal
 CONTROLLED = "balance-i"
 TURN = 6
 """Steps of either side before the other has its turn."""
-SETTLING = 4
-"""Steps before the clock starts; the first two capture graphs."""
+CAPTURING = 4
+"""Steps that count as set-up; the first two capture graphs."""
+LANDING = 36
+"""Further steps before the clock starts, in which bodies land."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +78,7 @@ def timed(row: str, members: int, steps: int, threads: int) -> BatchTiming:
     """Time a batch of a row beside a single run."""
     first = member(row)
     single = Simulation(first.scene, first.controller, options=OPTIONS)
-    for _ in range(SETTLING):
+    for _ in range(CAPTURING + LANDING):
         single.step()
     held, begun = _resident(), time.process_time()
     batch = Batch(
@@ -86,10 +88,12 @@ def timed(row: str, members: int, steps: int, threads: int) -> BatchTiming:
         options=OPTIONS,
         threads=threads,
     )
-    for _ in range(SETTLING):
+    for _ in range(CAPTURING):
         batch.step()
         progress(f"{row}: set-up of {members}")
     setup, memory = time.process_time() - begun, _resident() - held
+    for _ in range(LANDING):
+        batch.step()
     alone: list[float] = []
     together: list[float] = []
     for turn in range(-(-steps // TURN)):
