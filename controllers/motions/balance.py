@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from warp_softbody.body.character import Character
+from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers import objectives
-from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
+from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.any_body import feet_of, require_muscles, require_regions
+from warp_softbody.controllers.motions.balance_gains import ANY_BODY, BalanceGains
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
+
+__all__ = ["Balance", "BalanceGains"]
 
 SKIP_DEPTH = 0.45
 """Share of its height at rest by which a skipping body wants to shorten: more than it can."""
@@ -26,89 +32,11 @@ LEAST_HEIGHT = 1e-3
 """L, of the centre of mass above the base, with which a lying body's capture point is reckoned."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class BalanceGains:
-    """Gains and weights of the balance controller, in units of the body (`BodyUnits`).
-
-    Attributes:
-        position: Kp, g/L, pull of the centre of mass towards its place above the base.
-        velocity: Kd, sqrt(g/L), decay of linear momentum.
-        spin: sqrt(g/L), decay of angular momentum.
-        upright: sqrt(g/L), rate at which the head comes back to its place over the base.
-        upright_weight: of the head's horizontal velocity against the base, in units of g dt; 0
-            leaves the term out, and with it all from `follow` to `skip_from`.
-        follow: share of the base's tilt that the head's place turns with; at 0 it is above the
-            base, at 1 on the base's own axis.
-        lean: by which share of the capture point's offset the head leans back against it.
-        height_weight: of the head's height over the base, over `upright_weight`.
-        height_rate: sqrt(g/L), rate at which the head comes to its height.
-        height_acceleration: g, the largest of the head against the base that is asked for.
-        squat: how much lower the head is wanted, as a share of the capture point's offset.
-        least_height: share of the head's height at rest below which no squat goes.
-        skip_from: L, offset of the capture point from which on the body shortens as fast as it
-            can, so that the edge which it stands on comes off the ground and lands further on.
-        crouch: how far the centre of mass is lowered, as a share of the capture point's offset.
-        momentum_weight: of the linear momentum, in units of m g dt.
-        spin_weight: of the angular momentum, in units of m g L dt.
-        base_weight: of the base's relative growth, in units of sqrt(g/L); 0 leaves the term out.
-        base_rate: sqrt(g/L)/L, wanted relative growth of the base over the capture point's offset.
-        activation: cost of effort and change.
-        relax: by how much more than one effort costs a body that stands well, as a factor, so that
-            its own damping brings it to rest.
-        relax_within: L, offset of the capture point from which on effort costs as usual.
-    """
-
-    position: float = field(default=4.587, metadata=dimension(time=-2.0))
-    velocity: float = field(default=2.235, metadata=dimension(time=-1.0))
-    spin: float = field(default=2.554, metadata=dimension(time=-1.0))
-    upright: float = field(default=3.0, metadata=dimension(time=-1.0))
-    upright_weight: float = 0.0
-    follow: float = 0.0
-    lean: float = 0.0
-    height_weight: float = 0.0
-    height_rate: float = field(default=3.2, metadata=dimension(time=-1.0))
-    height_acceleration: float = 3.0
-    squat: float = 0.0
-    least_height: float = 0.75
-    skip_from: float = field(default=1.0, metadata=dimension(length=1.0))
-    crouch: float = 1.1
-    momentum_weight: float = 1.0
-    spin_weight: float = 38.0
-    base_weight: float = 0.1766
-    base_rate: float = field(default=1.277, metadata=dimension(length=-1.0, time=-1.0))
-    activation: ActivationCost = field(
-        default_factory=lambda: ActivationCost(effort=0.015, change=0.01096)
-    )
-    relax: float = 0.0
-    relax_within: float = field(default=0.1, metadata=dimension(length=1.0))
-
-    def __post_init__(self) -> None:
-        """Refuse gains that are not finite or out of their range."""
-        checks.settle(
-            self,
-            positive=("relax_within", "skip_from"),
-            not_negative=(
-                "position",
-                "velocity",
-                "spin",
-                "upright",
-                "upright_weight",
-                "height_weight",
-                "height_rate",
-                "height_acceleration",
-                "squat",
-                "momentum_weight",
-                "spin_weight",
-                "base_weight",
-                "relax",
-            ),
-            finite=("crouch", "base_rate", "follow", "lean", "least_height"),
-        )
-        checks.instance("BalanceGains.activation", self.activation, ActivationCost)
-
-
 class Balance:
     """Keeps the head and the centre of mass above the base and the body from turning."""
+
+    required_regions = ("base", "head")
+    """Regions that `for_` needs of a character."""
 
     def __init__(
         self,
@@ -117,18 +45,44 @@ class Balance:
         base: str = "base",
         head: str = "head",
         patches: tuple[str, ...] = BASE_PATCHES,
+        stance: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """Balance on a base region, thinking of the ground through patch regions of it.
 
         The region ``head`` is asked for only where `BalanceGains.upright_weight` is positive.
+        ``stance`` (2,) L is where the centre of mass belongs over the base, from the mean of its
+        nodes: that of a body which is not symmetric is not in the middle.
         """
         self._gains = checks.optional("gains of Balance", gains, BalanceGains)
         self._base = input_kinds.name("base of Balance", base)
         self._head = input_kinds.name("head of Balance", head)
         self._patches = input_kinds.names("patches of Balance", patches)
+        x, y = checks.vector("stance of Balance", stance, 2, unit="L")
+        self._stance = np.array([x, y, 0.0])
         self._units: BodyUnits | None = None
         self._height: float | None = None
         self._triangles: np.ndarray[tuple[int, ...], np.dtype[np.int32]] | None = None
+
+    @classmethod
+    def for_(cls, character: Character, gains: BalanceGains | None = None) -> Balance:
+        """Balance of any body, on its feet.
+
+        Args:
+            character: has nodes in the regions `required_regions`; it stands through its regions
+                `foot_...`, or where it has none the quadrants `base_patch_...` of its base.
+            gains: None for `ANY_BODY`.
+
+        Raises:
+            InputError: the body lacks a region or has no muscles.
+        """
+        require_regions("Balance", character, cls.required_regions)
+        require_muscles("Balance", character)
+        feet = feet_of(character)
+        gains = ANY_BODY if gains is None else gains
+        # Feet apart from each other do not widen, and a sole of points has no area.
+        if feet[0].startswith("foot_") or not len(_sole(character, "base")):
+            gains = replace(gains, base_weight=0.0)
+        return cls(gains, patches=feet, stance=_stance(character))
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -136,8 +90,9 @@ class Balance:
         if self._units is None:
             self._units = BodyUnits.of(view)
             self._gains = in_si(self._gains, self._units)
+            self._stance *= self._units.length
         g = self._gains
-        target = region_mean(view, view.positions, self._base)
+        target = region_mean(view, view.positions, self._base) + self._stance
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])
         ahead = self._capture_point(view, target)
@@ -229,7 +184,20 @@ class Balance:
 
     def _widen(self, view: BodyView, growth: float) -> objectives.Objective:
         if self._triangles is None:
-            surface = view.scene.character.mesh.surface
-            inside = np.isin(surface, view.scene.character.region(self._base)).all(axis=1)
-            self._triangles = surface[inside]
+            self._triangles = _sole(view.scene.character, self._base)
         return objectives.base_area(view, self._triangles, growth, self._gains.base_weight)
+
+
+def _sole(character: Character, base: str) -> np.ndarray[tuple[int, ...], np.dtype[np.int32]]:
+    """Triangles (f, 3) of the skin that lie in the base."""
+    surface = character.mesh.surface
+    return surface[np.isin(surface, character.region(base)).all(axis=1)]
+
+
+def _stance(character: Character) -> tuple[float, float]:
+    """Where (2,) L the centre of mass rests over the base, from the mean of its nodes."""
+    mesh = character.mesh
+    mass = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points))
+    middle = mass @ mesh.points / mass.sum() - mesh.points[character.region("base")].mean(axis=0)
+    x, y, _ = middle / float(np.ptp(mesh.bounds, axis=0).max())
+    return float(x), float(y)

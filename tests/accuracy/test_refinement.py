@@ -11,7 +11,8 @@ from tests.support.bodies import box
 from warp_softbody import scenes
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
-from warp_softbody.body.refinement import refine, refined_character
+from warp_softbody.body.mesh_refinement import refine
+from warp_softbody.body.refinement import refined_character
 from warp_softbody.errors import InputError
 from warp_softbody.world.refined_scene import refined_scene
 

@@ -36,6 +36,12 @@ def muscled() -> wsb.Character:
     return wsb.Character(name="bar", mesh=mesh, muscles=(group,), regions=regions)
 
 
+def character_file(folder: Path) -> Path:
+    """The bar in a file."""
+    muscled().save(folder / "given.char")
+    return folder / "given.char"
+
+
 @cache
 def scene(ground: Ground | None = None) -> wsb.Scene:
     """The bar on a plane."""
@@ -166,6 +172,9 @@ def engine(folder: Path) -> Samples:
             stepper().step,
             {"state": state, "control": control, "contacts": contacts, "after": state},
         ),
+        "Character.from_surface": (wsb.Character.from_surface, {"surface": box(), "height": 0.4}),
+        "Character.save": (muscled().save, {"path": folder / "bar.char"}),
+        "Character.load": (wsb.Character.load, {"path": character_file(folder)}),
         "TetMesh": (wsb.TetMesh, tets),
         "TetMesh.from_arrays": (wsb.TetMesh.from_arrays, tets),
         "TetMesh.read": (wsb.TetMesh.read, {"path": folder / "none.vtu"}),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from warp_softbody.inputs import extras
 
 MISTAKES = {
     "rum": "COMMAND: invalid choice: 'rum'",
@@ -37,6 +38,10 @@ MISTAKES = {
     "run balance-i --out i.usdc --picture i.jpg": "must end in one of .png",
     "run balance-i --out i.usdc --movie i.avi": "must end in one of .gif, .mp4",
     "run balance-i --picture .": "must end in one of .png",
+    "run body.obj": "body.obj is a shape and no scene; `warp-softbody character body.obj -o",
+    "run absent.char": "absent.char: there is no such file",
+    "character absent.obj -o a.char": "absent.obj: there is no such file",
+    "character absent.obj -o a.char --unit cm --height 1": "--height: not allowed with",
     "mesh absent.stl -o out.vtu": "there is no such file",
 }
 
@@ -56,7 +61,7 @@ def test_one_sentence_and_nothing_on_disk(
 def test_missing_packages_are_told_before_the_run(
     call: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
     files = ("--out", tmp_path / "i.usdc", "--picture", tmp_path / "i.png")
     answer = call("run", "balance-i", *files)
     assert answer.code == 2 and "pip install 'warp-softbody[view]'" in answer.err

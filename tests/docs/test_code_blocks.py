@@ -86,10 +86,12 @@ def unknown_scene(command: str, rest: list[str]) -> list[str]:
     """A scene that does not exist, or settings that it does not take; capitals stand for any."""
     if command not in ("run", "chart", "tune") or not rest or rest[0].isupper() or "|" in rest[0]:
         return []
-    if rest[0] not in (*scenes.names(), "all"):
+    own = rest[0].endswith(".char")
+    if not own and rest[0] not in (*scenes.names(), "all"):
         return rest[:1]
     settings = [after for word, after in pairwise(rest) if word == "--set"]
-    known = {setting.name for setting in scenes.recipe(rest[0]).settings} if settings else set()
+    recipe = scenes.recipe("balance-i" if own else rest[0])
+    known = {setting.name for setting in recipe.settings} if settings else set()
     return [given for given in settings if given.split("=")[0] not in known | {"KEY"}]
 
 

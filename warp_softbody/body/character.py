@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
+from warp_softbody.body.character_files import load_character, save_character
 from warp_softbody.body.directional_friction import (
     DirectionalFriction,
     NodeFriction,
@@ -24,6 +27,9 @@ from warp_softbody.body.skin_binding import bind
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import FrozenValue
+
+if TYPE_CHECKING:
+    import trimesh
 
 IntArray = npt.NDArray[np.int32]
 
@@ -85,6 +91,89 @@ class Character(FrozenValue):
         input_kinds.distinct(f"fibres of {name!r}", (fiber.name for fiber in self.fibers))
         for friction in self.directional_friction:
             self.region(friction.region)
+
+    @classmethod
+    def from_surface(
+        cls,
+        surface: str | Path | TetMesh | trimesh.Trimesh,
+        *,
+        name: str | None = None,
+        unit: str | float | None = None,
+        height: float | None = None,
+        up: str | None = None,
+        forward: str | None = None,
+        repair: str = "auto",
+        tets: int | None = None,
+        density: float = 1000.0,
+        on_floor: bool = True,
+    ) -> Character:
+        """Make a character of a surface: tets, regions, muscles and a material that stands.
+
+        Flawed surfaces are taken: parts are united, holes closed and parts that are inside out
+        turned, and a `MeshWarning` says so. The same surface gives the same character. Its regions
+        are `base`, `foot_0`, ..., `head`, `limb_0`, ... (docs/own-character.md); four longitudinal
+        fibres run along each limb.
+
+        Args:
+            surface: a file (.stl, .obj, .ply, .off, .glb) or a trimesh surface; or a tet mesh, or
+                its file (.vtu, .msh, ...), which is kept, with its regions.
+            name: of the character; None for that of the file.
+            unit: of the file's lengths: "m", "dm", "cm", "mm", "inch", "foot", or a number of m;
+                None for the format's (.glb: m), or m where the body is then from 2 cm to 20 m high.
+            height: of the character, m, in place of a unit.
+            up: direction that is upwards, such as "y" or "-z"; None for the format's (.glb: y), or
+                z.
+            forward: direction in which it looks, brought to +x; None for x, or z where up is x.
+            repair: "auto", or "none" to refuse a flawed surface.
+            tets: about how many, None for 1500; more where its limbs are too thin for so few.
+            density: kg/m^3.
+            on_floor: put its lowest point on z = 0, what it stands on around x = y = 0, and make
+                soles flat that are nearly so.
+
+        Raises:
+            MeshError: the surface cannot be read, encloses nothing, or is of parts that do not
+                touch.
+            InputError: a value out of its range, or a size that is hardly meant.
+        """
+        # few need it, and its libraries take long to load
+        from warp_softbody.body.making.from_surface import made_from_surface
+
+        made = made_from_surface(
+            surface,
+            name=name,
+            unit=unit,
+            height=height,
+            up=up,
+            forward=forward,
+            repair=repair,
+            tets=tets,
+            density=density,
+            stand=on_floor,
+        )
+        return cls(**made.parts)
+
+    def save(self, path: str | Path) -> None:
+        """Write the character to a file that ends in .char, whole or not at all.
+
+        Raises:
+            InputError: the path is none, or has another ending.
+            OutputError: the file cannot be written.
+        """
+        save_character(self, input_kinds.path("path of Character.save", path))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Character:
+        """Read a character that `save` wrote; nothing that a file holds is run.
+
+        Raises:
+            InputError: the file is missing, is no character's, or holds what no character can have.
+        """
+        file = input_kinds.path("path of Character.load", path)
+        parts = load_character(file)
+        try:
+            return cls(**parts)
+        except InputError as error:
+            raise InputError(f"{file}: {error}") from error
 
     @property
     def fibers(self) -> tuple[Fiber, ...]:

@@ -104,12 +104,18 @@ def surface_triangles(tets: IntArray) -> IntArray:
     return np.ascontiguousarray(faces.nodes[faces.used(1)[:, 0]], dtype=np.int32)
 
 
-def count_parts(tets: IntArray) -> int:
-    """Number of pieces that hang together through shared faces."""
+def face_parts(tets: IntArray) -> npt.NDArray[np.intp]:
+    """Number (m,) from 0 of the piece that each tet is of; pieces hang together through faces."""
     pairs = tet_faces(tets).used(2) // 4
     count = len(tets)
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return int(connected_components(links, directed=False)[0])
+    labels: npt.NDArray[np.intp] = connected_components(links, directed=False)[1].astype(np.intp)
+    return labels
+
+
+def count_parts(tets: IntArray) -> int:
+    """Number of pieces that hang together through shared faces."""
+    return int(face_parts(tets).max(initial=-1)) + 1
 
 
 def same_side_pairs(tets: IntArray) -> npt.NDArray[np.intp]:

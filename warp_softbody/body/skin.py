@@ -101,12 +101,15 @@ class Skin(FrozenValue):
         faces = _indices("Skin.faces", self.faces, (None, 3), len(points))
         if not len(points) or not len(faces):
             raise InputError("Skin.points and Skin.faces must not be empty")
-        rows = len(faces) if len(self.texture_faces) else 0
-        corners = _indices("Skin.texture_faces", self.texture_faces, (rows, 3), len(texture))
+        given = array_checks.array("Skin.texture_faces", self.texture_faces, (None, 3))
+        rows = len(faces) if len(given) else 0
+        corners = _indices("Skin.texture_faces", given, (rows, 3), len(texture))
         materials = checks.items("Skin.materials", self.materials, SkinMaterial)
         if not materials:
             raise InputError("Skin.materials must hold a SkinMaterial at least")
-        chosen = self.face_materials if len(self.face_materials) else np.zeros(len(faces))
+        chosen = array_checks.array("Skin.face_materials", self.face_materials, (None,))
+        if not len(chosen):
+            chosen = np.zeros(len(faces))
         owners = _indices("Skin.face_materials", chosen, (len(faces),), len(materials))
         checks.keep(
             self,

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from warp_softbody import __version__
 from warp_softbody.cli import (
+    character_command,
     chart_command,
     convert_command,
     list_command,
@@ -35,6 +36,7 @@ COMMANDS = (
     convert_command,
     picture_command,
     mesh_command,
+    character_command,
     chart_command,
     tune_command,
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
@@ -45,9 +46,17 @@ def names() -> tuple[str, ...]:
 
 
 def recipe(name: str) -> SceneRecipe:
-    """Return the recipe of a scene; an unknown name raises with close matches."""
+    """Return the recipe of a scene, or that of a character's file (.char).
+
+    Raises:
+        InputError: an unknown name, with close matches; a file that holds no character.
+    """
     if not isinstance(name, str):
         checks.refuse("name of a scene", "a text", name)
+    if Path(name).suffix:
+        home, attribute = "own_character", "recipe"
+        own: SceneRecipe = getattr(import_module(f"{__name__}.{home}"), attribute)(name)
+        return own
     if name not in _HOMES:
         raise InputError(
             f"there is no scene {checks.shown(name)}; {suggestion(name, list(_HOMES))}"

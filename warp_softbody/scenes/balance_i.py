@@ -6,40 +6,15 @@ from dataclasses import replace
 
 from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_i
-from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.motions.balance import Balance, BalanceGains
+from warp_softbody.controllers.motions.balance import Balance
+from warp_softbody.controllers.motions.balance_gains import ANY_BODY
 from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
-GAINS = BalanceGains(
-    position=2.0,  # g/L
-    velocity=2.6,  # sqrt(g/L)
-    spin=5.0,  # sqrt(g/L)
-    upright=4.0,  # sqrt(g/L)
-    upright_weight=0.1,  # of rows in g dt
-    follow=0.3,  # of the base's tilt
-    lean=0.2,  # of the offset
-    height_weight=0.5,  # of upright_weight
-    height_rate=3.2,  # sqrt(g/L)
-    height_acceleration=3.0,  # g
-    squat=2.0,  # of the offset
-    least_height=0.75,  # of the height at rest
-    skip_from=0.22,  # L
-    crouch=0.1,  # of the offset
-    momentum_weight=0.02,  # of rows in m g dt
-    spin_weight=0.003,  # of rows in m g L dt
-    base_weight=0.003,  # of rows in sqrt(g/L)
-    base_rate=1.277,  # sqrt(g/L)/L
-    activation=ActivationCost(effort=0.1, change=0.028),
-    relax=20.0,
-    relax_within=0.1,  # L
-)
-"""By hand, after a search by evolution at pushes of 0.5 to 0.52 with the step, twice and a quarter
-of it. Momenta count little: a plan that asks more of them than contact at the edge of the base can
-give bends the body until it falls."""
+GAINS = ANY_BODY
 
 YOUNG_MODULUS = 1.8e6  # Pa
 STRENGTH = 0.67  # E

@@ -9,7 +9,7 @@ import numpy as np
 from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_i
 from warp_softbody.controllers.controller import ActivationCost
-from warp_softbody.controllers.motions.balance import BalanceGains
+from warp_softbody.controllers.motions.balance_gains import BalanceGains
 from warp_softbody.controllers.motions.jump import Jump
 from warp_softbody.controllers.motions.jump_gains import JumpGains
 from warp_softbody.scenes.coarse_meshes import coarse_setting

@@ -1,0 +1,106 @@
+"""A character in one file (`NAME.char`): a zip archive of one JSON text and NumPy arrays.
+
+Nothing in it is run, and what it holds is checked as if it were given in Python. The same character
+gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile, ZipInfo
+
+import numpy as np
+
+from warp_softbody.atomic_files import replacing
+from warp_softbody.body.character_contents import Array, Arrays, Kept, arguments, described
+from warp_softbody.errors import InputError, OutputError, SoftBodyError
+
+EXTENSION = ".char"
+FORMAT, VERSION = "warp_softbody character", 1
+TEXT = "character.json"
+MOST_BYTES = 2**30
+"""Of all that is read of one file, unpacked."""
+
+BEGINNING_OF_TIME = (1980, 1, 1, 0, 0, 0)
+"""Of every entry, so that the time of writing is no part of the file."""
+
+
+def save_character(character: Kept, path: Path) -> None:
+    """Write a character whole or not at all.
+
+    Raises:
+        InputError: the path does not end in .char.
+        OutputError: the folder cannot be written in.
+    """
+    _check_extension(path)
+    arrays: dict[str, Array] = {}
+
+    def stored(array: Array) -> str:
+        name = f"array_{len(arrays)}.npy"
+        arrays[name] = np.ascontiguousarray(array)
+        return name
+
+    text = json.dumps({"format": FORMAT, "version": VERSION, **described(character, stored)})
+    try:
+        with replacing(path) as new, ZipFile(new, "w", ZIP_DEFLATED) as archive:
+            _put(archive, TEXT, text.encode())
+            for name, array in arrays.items():
+                data = io.BytesIO()
+                np.lib.format.write_array(data, array, allow_pickle=False)
+                _put(archive, name, data.getvalue())
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def load_character(path: Path) -> dict[str, Any]:
+    """Arguments of the constructor of a character that `save_character` wrote.
+
+    Raises:
+        InputError: the file is missing, is none of its kind, or holds what no character can have.
+    """
+    _check_extension(path)
+    try:
+        with ZipFile(path) as archive:
+            entries = _entries(archive, path)
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: there is no such file") from error
+    except (OSError, BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        raise InputError(f"{path}: cannot be read as a character: {error}") from error
+    try:
+        text = json.loads(entries.pop(TEXT))
+        if text["format"] != FORMAT or text["version"] != VERSION:
+            raise InputError(
+                f"version {text['version']!r} of a {text['format']!r} is not known; known is "
+                f"version {VERSION} of a {FORMAT!r}"
+            )
+        return arguments(text, Arrays(entries))
+    except SoftBodyError as error:
+        raise InputError(f"{path}: {error}") from error
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        raise InputError(
+            f"{path}: it does not hold a character: {type(error).__name__} at {error}"
+        ) from error
+
+
+def _check_extension(path: Path) -> None:
+    if path.suffix.lower() != EXTENSION:
+        raise InputError(f"{path}: a character's file must end in {EXTENSION}")
+
+
+def _put(archive: ZipFile, name: str, data: bytes) -> None:
+    entry = ZipInfo(name, BEGINNING_OF_TIME)
+    entry.compress_type = ZIP_DEFLATED
+    archive.writestr(entry, data)
+
+
+def _entries(archive: ZipFile, path: Path) -> dict[str, bytes]:
+    """All entries; their sizes are checked before any is unpacked."""
+    size = sum(entry.file_size for entry in archive.infolist())
+    if size > MOST_BYTES:
+        raise InputError(f"{path}: it unpacks to {size} bytes, but at most {MOST_BYTES} are read")
+    if TEXT not in archive.namelist():
+        raise InputError(f"{path}: it is not a character's file, as it has no {TEXT}")
+    return {name: archive.read(name) for name in archive.namelist()}

@@ -1,0 +1,35 @@
+"""The surface that a character was made from is what is seen of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.making.solid import Solid
+from warp_softbody.body.skin import READERS, Skin
+
+MOST_TRIANGLES = 20_000
+"""Of a surface without texture: a larger one costs every frame of a stage more than it shows."""
+
+
+def surface_skin(
+    surface: object, solid: Solid, matrix: FloatArray, origin: FloatArray
+) -> Skin | None:
+    """The skin of a character made of a surface; None where its tets' own surface is seen.
+
+    Args:
+        surface: file or object that was given; files with a texture keep it.
+        solid: its triangles, in m.
+        matrix: (3, 3), from the file's points to m.
+        origin: (3,) m, the place that has come to the origin.
+    """
+    if isinstance(surface, str | Path) and Path(surface).suffix.lower() in READERS:
+        skin = Skin.read(surface)
+        if skin.textured:
+            return replace(skin, points=skin.points @ matrix.T - origin)
+    if len(solid.faces) > MOST_TRIANGLES:
+        return None
+    return Skin(points=solid.points - origin, faces=solid.faces.astype(np.int32))
