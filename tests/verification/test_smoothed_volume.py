@@ -162,7 +162,8 @@ FLUNG = (("random", 0.499, 0.1), ("random", 0.499, 0.5))
 def cases() -> list[Any]:
     """All starts, materials and steps, and whether the body is whole again."""
     reason = "det F is cubic: a long linearised step about a tangle overshoots without bound"
-    far = pytest.mark.xfail(strict=True, reason=reason)
+    # a body that was flung may come back: rounding decides, and with it the processor
+    far = pytest.mark.xfail(strict=False, reason=reason)
     found = []
     for case in itertools.product(STARTS, (0.3, 0.45, 0.499), STEPS):
         marks = [far] if case in FLUNG else []
