@@ -34,6 +34,13 @@ PIVOT_ROUNDINGS = 200.0
 LOST_MASS = 100.0
 """One over the part of the mass that rounding of the stiffness takes where all of them are."""
 
+HELD_MARGIN = 0.5
+"""Of that, what contact holds and the coarse level lets go; a tenth of its roundings is borne."""
+
+MOST_LOST = 0.5
+"""Of that, beyond which the coarse level is not told what contact holds: of a motion that a stiff
+body's ground holds, rounding would leave nothing."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Levels:
@@ -79,13 +86,15 @@ def build_linear_system(
 ) -> LinearSystem:
     """The constant part of the systems of a scene with nodes of masses (n,) kg."""
     coarse = None
+    lost = _lost_mass(scene, options)
     if levels.aggregation is not None:
         factors = _rest_factors(topology, masses, materials)
         values = rest_matrix(scene.whole.mesh, topology, *factors)
         coarse = CoarseLevel(
             aggregation=levels.aggregation,
-            aggregates=AggregateArrays.of(levels.aggregation, make),
+            aggregates=AggregateArrays.of(levels.aggregation, scene.whole.mesh.points, make),
             values=coarse_matrix(levels.aggregation, topology, values),
+            held_margin=HELD_MARGIN * lost if scene.ground and lost < MOST_LOST else None,
         )
     return LinearSystem(
         allocator=make,
@@ -96,7 +105,7 @@ def build_linear_system(
         follows_time_error=options.follows_time_error,
         max_iterations=options.max_iterations,
         elimination=levels.elimination,
-        pivot_margin=_pivot_margin(scene, options),
+        pivot_margin=PIVOT_ROUNDINGS * float(np.finfo(options.precision).eps) * lost,
         coarse=coarse,
         native_code=options.native_code,
     )
@@ -116,11 +125,12 @@ def _rest_factors(
     return damped, lame
 
 
-def _pivot_margin(scene: Scene, options: SimulationOptions) -> float:
-    """Part of a pivot that is added to it, so that rounding leaves factors positive definite.
+def _lost_mass(scene: Scene, options: SimulationOptions) -> float:
+    """Part of the mass that rounding of the stiffness takes, as a share of what is borne; 1 at most.
 
-    What elimination leaves of a stiff body's mass may be less than rounding takes; a soft one needs
-    no margin, and its factor is better without.
+    As large a share of `PIVOT_ROUNDINGS` is added to pivots, so that rounding leaves factors
+    positive definite: what elimination leaves of a stiff body's mass may be less than rounding
+    takes; a soft one needs no margin, and its factor is better without.
     """
     rounding = float(np.finfo(options.precision).eps)
     ratio = max(
@@ -131,4 +141,4 @@ def _pivot_margin(scene: Scene, options: SimulationOptions) -> float:
         )
         for character in scene.characters
     )
-    return PIVOT_ROUNDINGS * rounding * min(1.0, LOST_MASS * rounding * ratio)
+    return min(1.0, LOST_MASS * rounding * ratio)

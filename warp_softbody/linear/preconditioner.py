@@ -14,6 +14,7 @@ from warp_softbody.kernels.linear.sweep_lanes import sweep_lanes_on
 from warp_softbody.kernels.linear.two_level import make_two_level
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
 from warp_softbody.linear.block_ldlt import BlockFactor, Freedom
+from warp_softbody.linear.held_motions import HeldMotions
 from warp_softbody.linear.system import CoarseLevel, LinearSystem
 
 
@@ -175,6 +176,10 @@ class TwoLevel:
         )
         matrix = system.array(coarse.values, types.mat33)
         with_kernels(lambda: self._factor.factorise(matrix, free))
+        self._held_motions: HeldMotions | None = None
+        if coarse.held_margin is not None:
+            margin = coarse.held_margin
+            self._held_motions = HeldMotions(system, coarse, self._factor, values, margin)
 
     def renewed(self) -> None:
         """Nothing is kept that could grow stale."""
@@ -186,13 +191,16 @@ class TwoLevel:
         """Nothing is kept that could grow stale."""
 
     def prepare(self, freedom: Freedom) -> None:
-        """Launch the inversion of the diagonal blocks on the velocities left free."""
+        """Launch the inversion of the diagonal blocks on the velocities left free, and what of the
+        given ones the coarse level must know."""
         self._freedom = freedom
         contact = [freedom.kinds, freedom.axes, freedom.slip_stiffness]
         inputs = [self._system.pattern.diagonal_slot, self._values, *contact]
         self._launch(
             self._kernels.invert_pivots, self._system.node_count, inputs, [self._pivot_inverse]
         )
+        if self._held_motions is not None:
+            self._held_motions.prepare(freedom, self._node_rotations, self._unturned)
 
     def _launch(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._system.device
@@ -207,6 +215,11 @@ class TwoLevel:
         contact = [self._freedom.kinds, self._freedom.axes, self._node_rotations]
         return rows, sweep, contact, [groups.start, groups.nodes, groups.offsets]
 
+    def _solve_coarse(self) -> None:
+        self._factor.solve(self._unturned, self._right, self._motion)
+        if self._held_motions is not None:
+            self._held_motions.correct(self._motion)
+
     def apply(self, residual: Any, result: Any) -> None:
         """Launch result = P residual, (n,) vec3."""
         system, groups, k = self._system, self._aggregates, self._kernels
@@ -217,7 +230,7 @@ class TwoLevel:
             self._launch(lanes.sweep_forward, 1, [*rows, *sweep, residual], swept)
             inputs = [*aggregates, *contact, self._behind]
             self._launch(lanes.restrict_residual, len(self._right) // 2, inputs, [self._right])
-            self._factor.solve(self._unturned, self._right, self._motion)
+            self._solve_coarse()
             self._launch(lanes.prolong, 1, middle, [self._swept])
             inputs = [*rows, *sweep, residual, self._swept]
             self._launch(lanes.sweep_backward, 1, inputs, [self._behind, result])
@@ -225,7 +238,7 @@ class TwoLevel:
         self._launch(k.sweep_forward, 1, [*rows, *sweep, residual], [result])
         inputs = [*rows, *aggregates, self._values, *contact, result]
         self._launch(k.restrict, len(self._right) // 2, inputs, [self._right])
-        self._factor.solve(self._unturned, self._right, self._motion)
+        self._solve_coarse()
         self._launch(k.prolong, system.node_count, middle, [result])
         self._launch(k.sweep_backward, 1, [*rows, *sweep, residual], [result])
 

@@ -67,21 +67,24 @@ class AggregateArrays:
         start: (aggregates + 1,) int32, first entry of each in ``nodes``, and the end.
         nodes: (k,) int32, nodes by aggregate.
         offsets: (n,) vec3, rest place about the middle of the aggregate, of the aggregates' size.
+        points: (n,) vec3 m, rest places.
     """
 
     aggregate_of: DeviceArray
     start: DeviceArray
     nodes: DeviceArray
     offsets: DeviceArray
+    points: DeviceArray
 
     @staticmethod
-    def of(aggregation: Aggregation, make: Allocator) -> AggregateArrays:
-        """Aggregates on the device."""
+    def of(aggregation: Aggregation, points: FloatArray, make: Allocator) -> AggregateArrays:
+        """Aggregates of nodes at rest places (n, 3) m on the device."""
         return AggregateArrays(
             aggregate_of=make.indices(aggregation.aggregate_of),
             start=make.indices(aggregation.start),
             nodes=make.indices(aggregation.nodes),
             offsets=make.array(aggregation.offsets, make.types.vec3),
+            points=make.array(points, make.types.vec3),
         )
 
 
@@ -93,11 +96,14 @@ class CoarseLevel:
         aggregation: of its nodes, on the host.
         aggregates: the same on the device.
         values: (coarse blocks, 3, 3), the coarse matrix of the rest shape, kg and the like.
+        held_margin: part of what contact holds that is let go, so that rounding of the coarse
+            solution leaves its correction positive definite; None where it is told of no contact.
     """
 
     aggregation: Aggregation
     aggregates: AggregateArrays
     values: FloatArray
+    held_margin: float | None
 
     @property
     def node_count(self) -> int:
