@@ -2,11 +2,11 @@
 
 The coarse matrix A is that of a body that nothing touches. Nodes whose velocities contact gives, or
 brakes by slip stiffness, resist the motions of their aggregates by W_i, 3 x 3: on the given
-components the diagonal block's mean, on the others the slip stiffness. The nodes are parted into a
+components the diagonal block's mean, on the others slip stiffness. The nodes are parted into a
 few groups; the coarse forces of a group that moves as one are the columns F, its resistance W, the
 sum over its nodes. Then ``A + F W^-1 F^T`` is no more than what all nodes resist by themselves, and
-its inverse is ``A^-1 - X (W + F^T X)^-1 F^T A^-1`` with X = A^-1 F (Woodbury). Three columns a group
-fill one block of right-hand sides.
+its inverse is ``A^-1 - X (W + F^T X)^-1 F^T A^-1`` with X = A^-1 F (Woodbury). Three columns for
+each group fill one block of right-hand sides.
 """
 
 from functools import cache

@@ -10,38 +10,31 @@ from warp_softbody.kernels.linear.warped_ldlt import SUBJECT
 from warp_softbody.kernels.precision import real
 
 # Row by row: U_ij = A_ij - sum_k U_ik L_jk^T, L_ij = U_ij D_j^-1, D_i = A_ii - sum_j U_ij L_ij^T.
-# Blocks of U and of L^T are three rows of four, a row to a register; unrolled loops would be taken
-# apart into single numbers again.
+# A block of U that is finished is taken at once to the later blocks of its row, which wait in a row
+# as long as the matrix: wherever L has (i, j) and (m, j), j < m < i, it has (i, m).
+# L^T is kept by columns. Blocks of U and of L^T are three rows of four, a row to a register;
+# unrolled loops would be taken apart into single numbers again.
 FACTORISE = """
 #pragma clang fp contract(fast)
+    typedef SCALAR four __attribute__((vector_size(4 * sizeof(SCALAR)), aligned(sizeof(SCALAR))));
     SCALAR* U = (SCALAR*)upper.data;
     SCALAR* L = (SCALAR*)lower.data;
     SCALAR* T = (SCALAR*)turned.data;
+    SCALAR* known = (SCALAR*)waiting.data;
     SCALAR* inverses = (SCALAR*)pivot_inverse.data;
     for (int i = 0; i < count; ++i) {
         SCALAR pivot[9];
         for (int k = 0; k < 9; ++k) pivot[k] = ((const SCALAR*)pivots.data)[9 * i + k];
         for (int s = row_start.data[i]; s < row_start.data[i + 1]; ++s) {
-            SCALAR known[12] = {};
-            for (int k = update_start.data[s]; k < update_start.data[s + 1]; ++k) {
-                const int* pair = (const int*)update_pairs.data + 2 * k;
-                const SCALAR* u = U + 12 * pair[0];
-                const SCALAR* t = T + 12 * pair[1];
-                const SCALAR u00 = u[0], u01 = u[1], u02 = u[2];
-                const SCALAR u10 = u[4], u11 = u[5], u12 = u[6];
-                const SCALAR u20 = u[8], u21 = u[9], u22 = u[10];
-                #pragma clang loop unroll(disable) vectorize(enable) vectorize_width(4)
-                for (int b = 0; b < 4; ++b) {
-                    const SCALAR t0 = t[b], t1 = t[4 + b], t2 = t[8 + b];
-                    known[b] += u00 * t0 + u01 * t1 + u02 * t2;
-                    known[4 + b] += u10 * t0 + u11 * t1 + u12 * t2;
-                    known[8 + b] += u20 * t0 + u21 * t1 + u22 * t2;
-                }
-            }
+            SCALAR* empty = known + 12 * column.data[s];
+            for (int l = 0; l < 12; ++l) empty[l] = 0;
+        }
+        for (int s = row_start.data[i]; s < row_start.data[i + 1]; ++s) {
+            const int j = column.data[s], place = column_place.data[s];
             SCALAR* entry = U + 12 * s;
             #pragma clang loop unroll(disable) vectorize(enable) vectorize_width(4)
-            for (int l = 0; l < 12; ++l) entry[l] -= known[l];
-            const SCALAR* inverse = inverses + 9 * column.data[s];
+            for (int l = 0; l < 12; ++l) entry[l] -= known[12 * j + l];
+            const SCALAR* inverse = inverses + 9 * j;
             SCALAR below[9];
             for (int a = 0; a < 3; ++a)
                 for (int b = 0; b < 3; ++b)
@@ -50,11 +43,22 @@ FACTORISE = """
             for (int a = 0; a < 3; ++a)
                 for (int b = 0; b < 3; ++b) {
                     L[9 * s + 3 * a + b] = below[3 * a + b];
-                    T[12 * s + 4 * b + a] = below[3 * a + b];
+                    T[12 * place + 4 * b + a] = below[3 * a + b];
                     pivot[3 * a + b] -= entry[4 * a] * below[3 * b]
                         + entry[4 * a + 1] * below[3 * b + 1]
                         + entry[4 * a + 2] * below[3 * b + 2];
                 }
+            const SCALAR u00 = entry[0], u01 = entry[1], u02 = entry[2];
+            const SCALAR u10 = entry[4], u11 = entry[5], u12 = entry[6];
+            const SCALAR u20 = entry[8], u21 = entry[9], u22 = entry[10];
+            for (int k = column_start.data[j]; k < place; ++k) {
+                four* sum = (four*)(known + 12 * column_row.data[k]);
+                const four* t = (const four*)(T + 12 * k);
+                const four t0 = t[0], t1 = t[1], t2 = t[2];
+                sum[0] += u00 * t0 + u01 * t1 + u02 * t2;
+                sum[1] += u10 * t0 + u11 * t1 + u12 * t2;
+                sum[2] += u20 * t0 + u21 * t1 + u22 * t2;
+            }
         }
         wp::mat_t<3, 3, SCALAR> whole;
         for (int k = 0; k < 9; ++k) whole.data[k / 3][k % 3] = pivot[k];
@@ -164,10 +168,12 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         count: int,
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
-        update_start: wp.array(dtype=int),
-        update_pairs: wp.array(dtype=wp.vec2i),
+        column_start: wp.array(dtype=int),
+        column_row: wp.array(dtype=int),
+        column_place: wp.array(dtype=int),
         pivots: wp.array(dtype=mat33),
         upper: wp.array(dtype=mat34),
+        waiting: wp.array(dtype=mat34),
         turned: wp.array(dtype=mat34),
         lower: wp.array(dtype=mat33),
         pivot_inverse: wp.array(dtype=mat33),
@@ -179,21 +185,23 @@ def make_factorisation(precision: str) -> SimpleNamespace:
         count: int,
         row_start: wp.array(dtype=int),
         column: wp.array(dtype=int),
-        update_start: wp.array(dtype=int),
-        update_pairs: wp.array(dtype=wp.vec2i),
+        column_start: wp.array(dtype=int),
+        column_row: wp.array(dtype=int),
+        column_place: wp.array(dtype=int),
         # in
         pivots: wp.array(dtype=mat33),
         # in and out
         upper: wp.array(dtype=mat34),
         # out
+        waiting: wp.array(dtype=mat34),
         turned: wp.array(dtype=mat34),
         lower: wp.array(dtype=mat33),
         pivot_inverse: wp.array(dtype=mat33),
     ):
         # fmt: off
         factorise_rows(
-            count, row_start, column, update_start, update_pairs, pivots,
-            upper, turned, lower, pivot_inverse,
+            count, row_start, column, column_start, column_row, column_place, pivots,
+            upper, waiting, turned, lower, pivot_inverse,
         )
         # fmt: on
 

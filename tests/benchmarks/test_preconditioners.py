@@ -213,8 +213,8 @@ def test_factor_is_counted_as_the_engine_counts_its_own(system: StepSystem) -> N
     elimination = build_elimination(pattern, np.zeros(system.nodes, dtype=bool))
     factor = factorise(system.matrix)
     assert factor.below == len(elimination.column)
-    # the engine's pairs leave the updates of pivots out, one for each block
-    assert factor.updates == len(elimination.update_pairs) + len(elimination.column)
+    # the engine's count leaves the updates of pivots out, one for each block
+    assert factor.updates == elimination.update_count + len(elimination.column)
 
 
 def chain(count: int) -> sp.csr_matrix:

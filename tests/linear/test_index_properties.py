@@ -82,9 +82,13 @@ def test_the_factor_has_the_fill_of_its_order(tets: npt.NDArray[np.int64], fixed
     rows = np.repeat(np.arange(NODES), np.diff(found.row_start))
     blocks = list(zip(rows.tolist(), found.column.tolist(), strict=True))
     assert set(blocks) == lower and len(blocks) == len(lower)
-    updates = np.diff(found.update_start)
-    for (row, column), count in zip(blocks, updates, strict=True):
-        assert count == sum((row, k) in lower and (column, k) in lower for k in range(column))
+    owner = np.repeat(np.arange(NODES), np.diff(found.column_start))
+    by_column = list(zip(found.column_row.tolist(), owner.tolist(), strict=True))
+    assert [by_column[place] for place in found.column_place] == blocks
+    assert by_column == sorted(blocks, key=lambda block: block[::-1])
+    shared = ((row, column, k) for row, column in lower for k in range(column))
+    updates = sum((row, k) in lower and (column, k) in lower for row, column, k in shared)
+    assert found.update_count == updates
 
 
 @given(meshes, fixed_nodes, st.integers(0, 2**32 - 1))

@@ -7,36 +7,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.linear.dense_two_level import (
+    MESH,
+    TWO_LEVEL,
+    dense_two_level,
+    level_of,
+    rigid_motions,
+)
 from tests.linear.matrices import FIXED, NORMAL, STIFF, assembled, factor_of, preconditioned
-from tests.support.bodies import Rig, box, epsilon, rig, turn
+from tests.support.bodies import box, epsilon, rig, turn
 from tests.verification import reference
-from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.options import Precision
 from warp_softbody.linear.aggregation import REGULARISATION
 from warp_softbody.linear.preconditioner import TwoLevel
-from warp_softbody.linear.system import CoarseLevel
-
-MESH = box((3, 3, 4), (0.3, 0.3, 0.4), jitter=0.2)
-TWO_LEVEL: dict[str, Any] = {"preconditioner": "two_level"}
-
-
-def level_of(body: Rig) -> CoarseLevel:
-    level = body.model.system.coarse
-    assert level is not None
-    return level
-
-
-def rigid_motions(body: Rig) -> FloatArray:
-    """Columns of P at rest, (3n, 6 aggregates)."""
-    aggregation = level_of(body).aggregation
-    n = body.model.node_count
-    motions = np.zeros((n, 3, aggregation.count, 6))
-    for node in range(n):
-        owner = aggregation.aggregate_of[node]
-        if owner >= 0:
-            motions[node, :, owner, :3] = np.eye(3)
-            motions[node, :, owner, 3:] = np.cross(np.eye(3), aggregation.offsets[node]).T
-    return motions.reshape(3 * n, -1)
+from warp_softbody.world.ground import Plane
 
 
 @pytest.mark.parametrize("fixed", [(), FIXED])
@@ -72,31 +56,6 @@ def test_coarse_matrix_is_the_rest_shape_s_on_rigid_motions(fixed: Any) -> None:
     assert raised.min() > 0.0 and raised.max() <= 1.01 * REGULARISATION * np.diag(expected).max()
 
 
-def dense_two_level(body: Rig, matrix: FloatArray) -> FloatArray:
-    """Forward sweep from zero, coarse correction, backward sweep, as matrices."""
-    n = body.model.node_count
-    nodes = np.arange(3 * n) // 3
-    lower = np.where(nodes[:, None] >= nodes[None], matrix, 0.0)
-    turns = np.zeros((n, 3, n, 3))
-    turns[np.arange(n), :, np.arange(n), :] = body.stepper.assembly.node_rotations.numpy()
-    motions = turns.reshape(3 * n, 3 * n) @ rigid_motions(body)
-    level = level_of(body)
-    coarse = level.aggregation
-    rest = np.zeros((2 * coarse.count, 3, 2 * coarse.count, 3))
-    rows = np.repeat(np.arange(2 * coarse.count), np.diff(coarse.pattern.row_start))
-    rest[rows, :, coarse.pattern.column, :] = level.values
-    own = np.arange(2 * coarse.count)
-    traces = np.einsum("iaia->i", rest)[:, None] / 3.0
-    rounding = body.model.system.pivot_margin
-    for axis in range(3):
-        rest[own, axis, own, axis] += rounding * traces[:, 0]
-    identity = np.eye(3 * n)
-    z = np.linalg.inv(lower)
-    correction = motions @ np.linalg.inv(rest.reshape(6 * coarse.count, -1)) @ motions.T
-    z = z + correction @ (identity - matrix @ z)
-    return np.asarray(z + np.linalg.inv(lower.T) @ (identity - matrix @ z))
-
-
 @pytest.mark.parametrize("native", [True, False])
 @pytest.mark.parametrize("fixed", [(), FIXED])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -117,8 +76,9 @@ def test_application_is_two_sweeps_around_a_correction(
     np.testing.assert_allclose(found, expected, atol=bound * np.abs(expected).max())
 
 
-def test_it_is_symmetric_and_positive_where_contact_holds_and_slides() -> None:
-    body, _ = assembled(MESH, precision="float64", **TWO_LEVEL)
+@pytest.mark.parametrize("ground", [None, Plane(friction=0.5)])
+def test_it_is_symmetric_and_positive_where_contact_holds_and_slides(ground: Any) -> None:
+    body, _ = assembled(MESH, ground=ground, precision="float64", **TWO_LEVEL)
     n = len(MESH.points)
     rng = np.random.default_rng(3)
     kinds = rng.integers(0, 3, n)

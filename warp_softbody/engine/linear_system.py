@@ -126,7 +126,7 @@ def _rest_factors(
 
 
 def _lost_mass(scene: Scene, options: SimulationOptions) -> float:
-    """Part of the mass that rounding of the stiffness takes, as a share of what is borne; 1 at most.
+    """Part of the mass that rounding of the stiffness takes, of all that may be; 1 at most.
 
     As large a share of `PIVOT_ROUNDINGS` is added to pivots, so that rounding leaves factors
     positive definite: what elimination leaves of a stiff body's mass may be less than rounding

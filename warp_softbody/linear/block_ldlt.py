@@ -43,8 +43,8 @@ class FactorStructure:
     Attributes:
         count: rows of blocks.
         entries: blocks below the diagonal.
-        order, row, row_start, column, matrix_slot, diagonal_slot, update_start, update_pairs: as
-            in `Elimination`; ``row`` is that of each block.
+        order, row, row_start, column, matrix_slot, diagonal_slot, column_start, column_row,
+            column_place: as in `Elimination`; ``row`` is that of each block.
         below_slot, owner: as in `Supernodes`.
         panels: struct of what solves with panels need.
         registers: of the panels by column and by row.
@@ -57,8 +57,8 @@ class FactorStructure:
         runs = build_supernodes(elimination)
         rows = np.arange(self.count, dtype=np.int32)
 
-        def integers(values: npt.NDArray[np.int32], dtype: Any = wp.int32) -> Any:
-            return constant_integers(values, dtype, device)
+        def integers(values: npt.NDArray[np.int32]) -> Any:
+            return constant_integers(values, wp.int32, device)
 
         self.order = integers(elimination.order)
         self.row_start = integers(elimination.row_start)
@@ -66,8 +66,9 @@ class FactorStructure:
         self.column = integers(elimination.column)
         self.matrix_slot = integers(elimination.matrix_slot)
         self.diagonal_slot = integers(elimination.diagonal_slot)
-        self.update_start = integers(elimination.update_start)
-        self.update_pairs = integers(elimination.update_pairs, wp.vec2i)
+        self.column_start = integers(elimination.column_start)
+        self.column_row = integers(elimination.column_row)
+        self.column_place = integers(elimination.column_place)
         self.below_slot = integers(runs.below_slot)
         self.owner = integers(runs.owner)
         self.registers = (int(runs.panel_start[-1]), 3 * len(runs.below))
@@ -121,6 +122,7 @@ class BlockFactor:
         self._upper, self._turned = (
             work.zeros(at.entries, self._factorisation.mat34) for _ in range(2)
         )
+        self._waiting = work.zeros(at.count, self._factorisation.mat34)
         self._pivots = work.zeros(at.count, types.mat33)
         self._panels = make_supernodes(types.name)
         self._by_column, self._by_row = (
@@ -141,9 +143,9 @@ class BlockFactor:
         blocks = [at.row, at.column, at.matrix_slot, at.order, values]
         blocks += [freedom.kinds, freedom.axes]
         self._launch(k.gather_blocks, at.entries, blocks, [self._upper])
-        updates = [at.row_start, at.column, at.update_start, at.update_pairs]
-        outputs = [self._upper, self._turned, self.lower, self.pivot_inverse]
-        self._launch(k.factorise, 1, [at.count, *updates, self._pivots], outputs)
+        places = [at.row_start, at.column, at.column_start, at.column_row, at.column_place]
+        outputs = [self._upper, self._waiting, self._turned, self.lower, self.pivot_inverse]
+        self._launch(k.factorise, 1, [at.count, *places, self._pivots], outputs)
         runs = at.panels
         places = [runs.first, runs.below_start, at.below_slot, at.owner, runs.panel_start]
         panels = [self._by_column, self._by_row]

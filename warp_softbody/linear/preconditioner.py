@@ -191,8 +191,7 @@ class TwoLevel:
         """Nothing is kept that could grow stale."""
 
     def prepare(self, freedom: Freedom) -> None:
-        """Launch the inversion of the diagonal blocks on the velocities left free, and what of the
-        given ones the coarse level must know."""
+        """Launch the inverse diagonal on the free velocities, and what is told of the others."""
         self._freedom = freedom
         contact = [freedom.kinds, freedom.axes, freedom.slip_stiffness]
         inputs = [self._system.pattern.diagonal_slot, self._values, *contact]

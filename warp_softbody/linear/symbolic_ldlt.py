@@ -1,4 +1,4 @@
-"""Symbolic factorisation: elimination order, fill and update lists of the block Cholesky factor."""
+"""Symbolic factorisation: elimination order and fill of the block Cholesky factor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ class Elimination:
         row_start, column: CSR of the strictly lower blocks, columns are positions.
         matrix_slot: per block, its slot in the matrix, or -1 for fill.
         diagonal_slot: (n,) slot of the diagonal block, -1 for a fixed node.
-        update_start, update_pairs: per block, the pairs of blocks (i k), (j k) that update it.
+        column_start, column_row: the same blocks by column: CSC, rows rising.
+        column_place: per block, its place in that order.
     """
 
     order: IntArray
@@ -31,14 +32,21 @@ class Elimination:
     column: IntArray
     matrix_slot: IntArray
     diagonal_slot: IntArray
-    update_start: IntArray
-    update_pairs: IntArray
+    column_start: IntArray
+    column_row: IntArray
+    column_place: IntArray
+
+    @property
+    def update_count(self) -> int:
+        """Products of two blocks that a factorisation takes, beside those for the pivots."""
+        below = np.diff(self.column_start).astype(np.int64)
+        return int((below * (below - 1) // 2).sum())
 
     @property
     def refresh_cost(self) -> float:
         """Operations of a numeric factorisation over those of one solve with the factor."""
         solve = 2.0 * len(self.column) + 2.0 * len(self.order)
-        return (len(self.update_pairs) + 2.0 * len(self.column)) / solve
+        return (self.update_count + 2.0 * len(self.column)) / solve
 
 
 def _fill_pattern(
@@ -93,53 +101,13 @@ def _postorder(
     return np.array(visited[:0:-1], dtype=np.int64)
 
 
-def _updates(
-    column_start: IntArray, row: IntArray, slot: IntArray, keys: npt.NDArray[np.int64], count: int
-) -> tuple[IntArray, IntArray]:
-    """CSR offsets by target block, and the pairs (.., 2) of blocks that update each.
-
-    Column by column and twice, first to count and then to place: all targets at once would take
-    ten times the memory of the result, which is gigabytes for the coarse level of large bodies.
-    """
-
-    def targets(k: int) -> tuple[npt.NDArray[np.intp], IntArray, IntArray]:
-        """Blocks that column ``k`` updates, each once, and the slots of the two factors."""
-        span = slice(column_start[k], column_start[k + 1])
-        rows, slots = row[span].astype(np.int64), slot[span]
-        high, low = np.tril_indices(len(rows), -1)
-        target = np.searchsorted(keys, rows[high] * count + rows[low])
-        return target, slots[high], slots[low]
-
-    counts = np.zeros(len(keys), dtype=np.int64)
-    for k in range(count):
-        counts[targets(k)[0]] += 1
-    update_start = np.concatenate([[0], np.cumsum(counts)])
-    pairs = np.empty((int(update_start[-1]), 2), dtype=np.int32)
-    place = update_start[:-1].copy()
-    for k in range(count):
-        target, first, second = targets(k)
-        pairs[place[target], 0] = first
-        pairs[place[target], 1] = second
-        place[target] += 1
-    return update_start.astype(np.int32), pairs
-
-
 def build_elimination(pattern: Pattern, fixed: npt.NDArray[np.bool_]) -> Elimination:
-    """Order, fill and update lists for a pattern."""
+    """Order and fill for a pattern."""
     count = len(fixed)
     order, rows, columns = _fill_pattern(pattern, ~fixed)
     by_row = np.lexsort((columns, rows))
     rows, columns = rows[by_row], columns[by_row]
-    keys = rows * count + columns
-
     by_column = np.lexsort((rows, columns))
-    update_start, update_pairs = _updates(
-        starts(columns[by_column], count),
-        rows[by_column].astype(np.int32),
-        by_column.astype(np.int32),
-        keys,
-        count,
-    )
     diagonal = pattern.diagonal_slot[order].copy()
     diagonal[fixed[order]] = -1
     return Elimination(
@@ -148,8 +116,9 @@ def build_elimination(pattern: Pattern, fixed: npt.NDArray[np.bool_]) -> Elimina
         column=columns.astype(np.int32),
         matrix_slot=_matrix_slots(pattern, order[rows], order[columns], fixed),
         diagonal_slot=diagonal,
-        update_start=update_start,
-        update_pairs=update_pairs,
+        column_start=starts(columns[by_column], count),
+        column_row=rows[by_column].astype(np.int32),
+        column_place=np.argsort(by_column).astype(np.int32),
     )
 
 
