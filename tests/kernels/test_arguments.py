@@ -62,7 +62,9 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
         assert len(list(simulation.run(2.0 * plan.time_step))) > 1
         if plan.scene.ground is not None:
             plan.scene.ground.measure(np.zeros((1, 3)))
-    rig(box(), material=Material(volume="exact"), time_step=0.01).step()
+    for native in (True, False):
+        rig(box(), material=Material(volume="exact"), native_code=native, time_step=0.01).step()
+    rig(box(), tangent="conserving", time_step=0.01).step()
     rig(box(), material=Material(volume="exact"), tangent="exact", time_step=0.01).step()
     rig(box(), material=Material(volume="exact"), elements="smoothed", time_step=0.01).step()
     rig(box(), elements="smoothed", time_step=0.01).step()
