@@ -65,8 +65,8 @@ def draw_take(
         renderer.look(camera)
         images.append(renderer.draw(Pose.of_takes(shown, index)))
     if captions:
-        told = [told(shown, index) for index in chosen]
-        images = [captioned(image, *words) for image, words in zip(images, told, strict=True)]
+        words = [told(shown, index) for index in chosen]
+        images = [captioned(image, *own) for image, own in zip(images, words, strict=True)]
     save_png(target, _tiled(images, columns))
     return target
 
