@@ -9,6 +9,10 @@ from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 
 
+LEAST_FEET = 3
+"""Feet on which a body stands without the moments that each of them bears."""
+
+
 def require_regions(motion: str, character: Character, names: Sequence[str]) -> None:
     """Refuse a body that lacks a region or has an empty one.
 
@@ -36,13 +40,18 @@ def require_muscles(motion: str, character: Character) -> None:
 
 
 def feet_of(character: Character) -> tuple[str, ...]:
-    """Regions through which a body stands: its feet, or the quadrants of its base, or its base.
+    """Regions through which a body stands: three feet or more, else the quadrants of its base.
 
-    Feet are the regions `foot_...`, quadrants `base_patch_...`; empty ones are left out.
+    Feet are the regions `foot_...`, quadrants `base_patch_...`; empty ones are left out. Two feet
+    are taken by their halves, as two points bear no moment about the line through them. A body
+    without quadrants stands on its base.
     """
-    for beginning in ("foot_", "base_patch_"):
-        names = (name for name in character.regions if name.startswith(beginning))
-        found = tuple(name for name in names if len(character.regions[name]))
-        if found:
-            return found
-    return ("base",)
+    feet, quadrants = (
+        tuple(
+            name
+            for name in character.regions
+            if name.startswith(beginning) and len(character.regions[name])
+        )
+        for beginning in ("foot_", "base_patch_")
+    )
+    return feet if len(feet) >= LEAST_FEET else quadrants or ("base",)

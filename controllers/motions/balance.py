@@ -69,7 +69,7 @@ class Balance:
 
         Args:
             character: has nodes in the regions `required_regions`; it stands through its regions
-                `foot_...`, or where it has none the quadrants `base_patch_...` of its base.
+                `foot_...`, or of fewer than three the quadrants `base_patch_...` of its base.
             gains: None for `ANY_BODY`.
 
         Raises:
@@ -80,7 +80,8 @@ class Balance:
         feet = feet_of(character)
         gains = ANY_BODY if gains is None else gains
         # Feet apart from each other do not widen, and a sole of points has no area.
-        if feet[0].startswith("foot_") or not len(_sole(character, "base")):
+        apart = any(name.startswith("foot_") for name in character.regions)
+        if apart or not len(_sole(character, "base")):
             gains = replace(gains, base_weight=0.0)
         return cls(gains, patches=feet, stance=_stance(character))
 
@@ -162,7 +163,9 @@ class Balance:
         nodes = character.region(self._base)
         around = character.mesh.points[nodes, :2] - character.mesh.points[nodes, :2].mean(axis=0)
         slopes = np.zeros((2, view.node_count))
-        slopes[:, nodes] = (around / np.square(around).sum(axis=0)).T
+        spread = np.square(around).sum(axis=0)
+        # A base of one point or one line has no slope across it.
+        slopes[:, nodes] = (around / np.where(spread > 0.0, spread, np.inf)).T
         return slopes
 
     def _relaxed(self, offset: float) -> ActivationCost:
