@@ -99,7 +99,8 @@ class QPCC(FrozenValue):
             raise InputError("QPCC.c must hold one number per variable, not none")
         if arrays["Q"].size == 0:
             raise InputError("QPCC.Q must hold a number for each two variables, not none")
-        rows, pairs = arrays["G"].shape[0], arrays["L"].shape[0]
+        # A number in place of a matrix is refused with the shapes, below.
+        rows, pairs = (arrays[name].shape[0] if arrays[name].ndim else 0 for name in "GL")
         missing = {
             **{name: np.zeros((0, count)) for name in "AGLR"},
             "lb": np.full(count, -np.inf),
