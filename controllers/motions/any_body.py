@@ -8,7 +8,6 @@ from warp_softbody.body.character import Character
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 
-
 LEAST_FEET = 3
 """Feet on which a body stands without the moments that each of them bears."""
 

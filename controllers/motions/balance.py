@@ -32,6 +32,10 @@ LEAST_HEIGHT = 1e-3
 """L, of the centre of mass above the base, with which a lying body's capture point is reckoned."""
 
 
+LYING = 0.5
+"""Height over length of a body below which it has no head to hold up."""
+
+
 class Balance:
     """Keeps the head and the centre of mass above the base and the body from turning."""
 
@@ -83,6 +87,9 @@ class Balance:
         apart = any(name.startswith("foot_") for name in character.regions)
         if apart or not len(_sole(character, "base")):
             gains = replace(gains, base_weight=0.0)
+        x, y, height = np.ptp(character.mesh.bounds, axis=0)
+        if height < LYING * max(x, y):
+            gains = replace(gains, upright_weight=0.0)
         return cls(gains, patches=feet, stance=_stance(character))
 
     def goals(self, view: BodyView) -> Goals:

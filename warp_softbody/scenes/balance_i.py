@@ -7,14 +7,14 @@ from dataclasses import replace
 from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_i
 from warp_softbody.controllers.motions.balance import Balance
-from warp_softbody.controllers.motions.balance_gains import ANY_BODY
+from warp_softbody.controllers.motions.balance_gains import LETTER
 from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
-GAINS = ANY_BODY
+GAINS = LETTER
 
 YOUNG_MODULUS = 1.8e6  # Pa
 STRENGTH = 0.67  # E
