@@ -33,13 +33,17 @@ def loaded(*arguments: str) -> set[str]:
     return set(json.loads(run.stdout.strip().splitlines()[-1]))
 
 
+OWN = ("coarse_meshes", "crawl_i", "plan", "pushes")
+"""Files of the scenes that one of them needs."""
+
+
 def test_a_run_without_files_loads_no_libraries_of_files() -> None:
     modules = loaded("run", "crawl-i", "--seconds", "0.02", "--quiet")
     assert "warp_softbody.run.simulation" in modules
     assert not modules & set(HEAVY)
     # of all scenes its own alone
     own = {name for name in modules if name.startswith("warp_softbody.scenes.")}
-    assert own == {f"warp_softbody.scenes.{name}" for name in ("crawl_i", "plan", "pushes")}
+    assert own == {f"warp_softbody.scenes.{name}" for name in OWN}
 
 
 def test_every_scene_is_found_under_its_name() -> None:

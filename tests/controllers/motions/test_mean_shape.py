@@ -16,7 +16,7 @@ from warp_softbody.world.view import BodyView
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return build({"friction": 0.5, "patches": 6.0})[0]
+    return build({"friction": 0.5, "patches": 6.0, "coarse": 0.0})[0]
 
 
 def seen(scene: Scene, strain: FloatArray, velocities: FloatArray | None = None) -> BodyView:
