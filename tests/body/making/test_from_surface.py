@@ -5,9 +5,12 @@ from __future__ import annotations
 import warnings
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
+from PIL import Image
 
 from tests.support.surfaces import BODIES, biped, capsule
 from warp_softbody import Character, TetMesh
@@ -130,6 +133,21 @@ def test_files_keep_their_unit_and_axis(tmp_path: Path) -> None:
     character = Character.from_surface(path, tets=400)
     assert character.name == "my_body_2"
     assert character.mesh.points[:, 2].max() == pytest.approx(1.0, rel=0.05)
+
+
+def test_a_textured_file_is_the_skin_in_its_place(tmp_path: Path) -> None:
+    surface = capsule()
+    surface.vertices = np.array(surface.vertices)[:, UPS["y"]] * (1.0, 1.0, 0.5)
+    picture = Image.new("RGB", (4, 4), (200, 40, 40))
+    places = np.array(surface.vertices)[:, :2]
+    visuals: Any = trimesh.visual.TextureVisuals  # its types are not told
+    surface.visual = visuals(uv=places, image=picture)
+    surface.export(tmp_path / "body.glb")
+    character = Character.from_surface(tmp_path / "body.glb", tets=600)
+    assert character.skin is not None and character.skin.textured
+    skin, mesh = character.skin.points, character.mesh.points
+    assert np.ptp(skin, axis=0) == pytest.approx(np.ptp(mesh, axis=0), abs=0.03)
+    assert skin.min(axis=0) == pytest.approx(mesh.min(axis=0), abs=0.03)
 
 
 def test_a_damaged_file_is_refused(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from pathlib import Path
 from typing import NamedTuple
@@ -14,12 +13,16 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh_formats.contents import ReadingFailed
 from warp_softbody.body.mesh_formats.polygons import Triangles
 from warp_softbody.body.mesh_formats.surface_files import READERS, read_surface
+from warp_softbody.body.skin_formats.glb_skin import read_glb_skin
 from warp_softbody.errors import MeshError
 from warp_softbody.inputs import checks, input_kinds
 
 GLB = ".glb"
 EXTENSIONS = (*READERS, GLB)
 """Extensions of the files that are read."""
+
+GLB_AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""Takes rows of points as the skin of a glTF file has them, z upwards, to those of the file."""
 
 LARGEST_FILE = 2**30
 """Bytes of a file of glTF that are read."""
@@ -90,16 +93,11 @@ def _read(path: Path) -> GivenSurface:
 
 
 def _read_glb(path: Path) -> Triangles:
-    """Triangles of all meshes of a binary glTF file, each where its node puts it."""
-    import trimesh
-
+    """Triangles of all meshes of a binary glTF file, each where its node puts it, y upwards."""
     if path.stat().st_size > LARGEST_FILE:
         raise ReadingFailed(f"it has more than {LARGEST_FILE >> 20} MiB")
-    data = io.BytesIO(path.read_bytes())
     try:
-        scene = trimesh.load_scene(data, file_type="glb", skip_materials=True, process=False)
-        mesh = scene.to_mesh()
-    # The reader meets a damaged file with errors of any kind.
-    except Exception as error:
-        raise ReadingFailed(" ".join(str(error).split())[:200] or type(error).__name__) from error
-    return Triangles(np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64))
+        found = read_glb_skin(path)
+    except ValueError as error:
+        raise ReadingFailed(str(error)) from error
+    return Triangles(found.points @ GLB_AXES, found.faces)

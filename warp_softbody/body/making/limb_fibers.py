@@ -8,12 +8,10 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.making.limbs import Limb
+from warp_softbody.body.making.shape_regions import QUADRANTS
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.muscles import Fiber, FiberKind
 from warp_softbody.body.point_location import locate
-
-STRANDS = ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
-"""Sides of a limb's axis on which its fibres run."""
 
 BUDGET = 96
 """Segments that all fibres have together, about: each is an unknown of every control step."""
@@ -33,7 +31,7 @@ NEAR = 64
 
 def limb_fibers(mesh: TetMesh, limbs: Sequence[Limb]) -> tuple[Fiber, ...]:
     """Fibres of all limbs, named by limb and strand; their segments are about equally long."""
-    total = sum(limb.length for limb in limbs) * len(STRANDS)
+    total = sum(limb.length for limb in limbs) * len(QUADRANTS)
     return tuple(
         fiber
         for number, limb in enumerate(limbs)
@@ -46,7 +44,7 @@ def _strands(mesh: TetMesh, limb: Limb, number: int, segment: float) -> list[Fib
     axis = _stations(_smooth(limb.axis), count + 1)
     frames = _frames(mesh, limb, axis)
     fibers = []
-    for strand, sides in enumerate(STRANDS):
+    for strand, sides in enumerate(QUADRANTS):
         offset = OFF_AXIS * np.einsum("k,skx->sx", np.array(sides), frames)
         vertices = _inside(mesh, axis, offset)
         apart = np.linalg.norm(np.diff(vertices, axis=0), axis=1) > 1e-3 * limb.length

@@ -25,7 +25,7 @@ MOST_FEET = 8
 """Feet that are told apart; a body on more pieces stands on its base as a whole."""
 
 QUADRANTS = ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
-"""Signs of x and y, in the order of the patches of a base."""
+"""Signs of x and y, in the order of the patches of a base and of the fibres around a limb."""
 
 
 def shape_regions(mesh: TetMesh, limbs: Sequence[Limb]) -> dict[str, IntArray]:
@@ -51,13 +51,6 @@ def shape_regions(mesh: TetMesh, limbs: Sequence[Limb]) -> dict[str, IntArray]:
     regions = {name: np.flatnonzero(mask).astype(np.int32) for name, mask in masks.items()}
     tips = (limb for limb in limbs if limb.ends)
     return regions | {f"limb_{k}": limb.nodes.astype(np.int32) for k, limb in enumerate(tips)}
-
-
-def foot_names(regions: dict[str, IntArray]) -> tuple[str, ...]:
-    """Names of the feet; of the base's quadrants that have nodes where it is in one piece."""
-    feet = tuple(name for name in regions if name.startswith("foot_"))
-    quadrants = (name for name in regions if name.startswith("base_patch_"))
-    return feet or tuple(name for name in quadrants if len(regions[name]))
 
 
 def _feet(mesh: TetMesh, base: BoolArray) -> dict[str, BoolArray]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.making.given_surface import GLB, GLB_AXES
 from warp_softbody.body.making.solid import Solid
 from warp_softbody.body.skin import READERS, Skin
 
@@ -29,7 +30,9 @@ def surface_skin(
     if isinstance(surface, str | Path) and Path(surface).suffix.lower() in READERS:
         skin = Skin.read(surface)
         if skin.textured:
-            return replace(skin, points=skin.points @ matrix.T - origin)
+            glb = Path(surface).suffix.lower() == GLB
+            points = skin.points @ GLB_AXES if glb else skin.points
+            return replace(skin, points=points @ matrix.T - origin)
     if len(solid.faces) > MOST_TRIANGLES:
         return None
     return Skin(points=solid.points - origin, faces=solid.faces.astype(np.int32))
