@@ -30,6 +30,14 @@ def make_account(precision: str) -> SimpleNamespace:
     def size_of(v: vec3d):
         return wp.abs(v[0]) + wp.abs(v[1]) + wp.abs(v[2])
 
+    @func
+    def is_held(first: int, last: int, fixed: wp.array(dtype=int)):
+        # whether something outside of all forces holds a node of a body
+        for i in range(first, last):
+            if fixed[i] != 0:
+                return True
+        return False
+
     @kernel
     def balance_bodies(
         # model
@@ -54,9 +62,7 @@ def make_account(precision: str) -> SimpleNamespace:
         given = vec3d()
         fall = wp.float64(step_factors[0]) * wide(gravity[0])
         energy = wp.float64(0.0)
-        held = int(0)
         for i in range(body_start[body], body_start[body + 1]):
-            held += fixed[i]
             m = wp.float64(masses[i])
             damped = wp.float64(damped_masses[i])
             last = before[i] + change[i]
@@ -65,7 +71,7 @@ def make_account(precision: str) -> SimpleNamespace:
             given += outer
             energy += m * wp.length_sq(wide(last))
             left += damped * gained + (damped - m) * wide(before[i]) - outer
-        if held > 0:
+        if is_held(body_start[body], body_start[body + 1], fixed):
             left = vec3d()
             given = vec3d()
         missing[body] = missing[body] + left
@@ -104,14 +110,16 @@ def make_account(precision: str) -> SimpleNamespace:
                 total += impulse
                 work += wp.max(wp.dot(impulse - press * n, velocity - speed * n), wp.float64(0.0))
                 work += wp.max(-press, wp.float64(0.0)) * wp.abs(speed)
-        missing[body] = missing[body] - total
-        exchanged[body] = exchanged[body] + size_of(total)
+        if not is_held(body_start[body], body_start[body + 1], fixed):
+            missing[body] = missing[body] - total
+            exchanged[body] = exchanged[body] + size_of(total)
         gains[body] = gains[body] + work
 
     @kernel
     def add_pairs(
         # model
         body_start: wp.array(dtype=int),
+        fixed: wp.array(dtype=int),
         # in
         found: wp.array(dtype=int),
         found_count: wp.array(dtype=int),
@@ -125,6 +133,8 @@ def make_account(precision: str) -> SimpleNamespace:
         body = wp.tid()
         first = body_start[body]
         last = body_start[body + 1]
+        if is_held(first, last, fixed):
+            return
         total = vec3d()
         for number in range(found_count[0]):
             c = found[number]

@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from warp_softbody.stage_exports import StageWriter
     from warp_softbody.world.frame import ContactSample, Frame
     from warp_softbody.world.ground import Plane
+    from warp_softbody.world.handles import Handle
     from warp_softbody.world.height_field import HeightField
     from warp_softbody.world.joined_bodies import Body, placed
+    from warp_softbody.world.motion_path import MotionPath
     from warp_softbody.world.scene import Push, Scene
     from warp_softbody.world.triangle_ground import TriangleGround
 
@@ -55,9 +57,11 @@ _NAMES = {
     "Fiber": "body.muscles",
     "FiberKind": "body.muscles",
     "Frame": "world.frame",
+    "Handle": "world.handles",
     "HeightField": "world.height_field",
     "Material": "body.material",
     "Model": "engine.model",
+    "MotionPath": "world.motion_path",
     "MuscleGroup": "body.muscles",
     "Plane": "world.ground",
     "Push": "world.scene",
@@ -93,9 +97,11 @@ __all__ = [
     "Fiber",
     "FiberKind",
     "Frame",
+    "Handle",
     "HeightField",
     "Material",
     "Model",
+    "MotionPath",
     "MuscleGroup",
     "Plane",
     "Push",

@@ -113,15 +113,19 @@ def make_active_set(
         # model
         fixed: wp.array(dtype=int),
         # in
+        handled: wp.array(dtype=vec3),
         before: wp.array(dtype=vec3),
         # out
         constraints: wp.array(dtype=int),
         change: wp.array(dtype=vec3),
     ):
+        # handled: velocities that handles give; none where there are no handles
         i = wp.tid()
         if fixed[i] != 0:
             constraints[i] = VelocityConstraint.FIXED
             change[i] = -before[i]
+            if handled.shape[0] > 0:
+                change[i] = handled[i] - before[i]
 
     @func
     def constitutive_friction(mode: int, n: vec3, friction: vec3, known: vec3):

@@ -62,6 +62,14 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
     beyond, largest = wp.constant(wp.float64(BEYOND)), wp.constant(scalar(1e15))
     most_rounds = wp.constant(MOST_ROUNDS)
 
+    @wp.struct
+    class NodeMasses:
+        """Masses of the nodes, kg, which of them are held, and the speed of recovery, m/s."""
+
+        mass: wp.array(dtype=scalar)
+        fixed: wp.array(dtype=int)
+        recovery_speed: scalar
+
     @func
     def split(pairs: Pairs, c: int, friction_coefficient: scalar, impulse: vec3):
         # what the laws allow of an impulse: its normal part, and friction within the cone
@@ -98,22 +106,30 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
 
     @func
     def lost(
-        masses: wp.array(dtype=scalar),
-        recovery_speed: scalar,
+        nodes: NodeMasses,
         before: wp.array(dtype=vec3),
         right: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
     ):
         # whether x has more energy than any contact could leave: as M~ >= M, x M x <= b M^-1 b
         # without contact, b the known momentum, and contact takes away, but for what pushes sunken
-        # bodies apart. Then the solve has lost itself among rows that contradict
+        # bodies apart. Then the solve has lost itself among rows that contradict. A handle at the
+        # speed u gives energy; seen from it contact takes: |x| <= |known| + 2 u in the norm of the
+        # masses, and so x M x <= 2 known M known + 8 M u^2
         bound, now = wp.float64(0.0), wp.float64(0.0)
-        speed = wp.float64(recovery_speed)
+        free, given = wp.float64(0.0), wp.float64(0.0)
+        speed = wp.float64(nodes.recovery_speed)
         for i in range(x.shape[0]):
-            m = wp.float64(masses[i])
+            m = wp.float64(nodes.mass[i])
             known = m * wide(before[i]) + wide(right[i])
             bound += wp.length_sq(known) / m + m * speed * speed
-            now += m * wp.length_sq(wide(x[i]))
+            if nodes.fixed[i] != 0:
+                given = wp.max(given, wp.length_sq(wide(x[i])))
+            else:
+                free += m
+                now += m * wp.length_sq(wide(x[i]))
+        if given > wp.float64(0.0):
+            bound = wp.float64(2.0) * bound + wp.float64(8.0) * free * given
         return not (now <= beyond * bound)
 
     @kernel
@@ -123,8 +139,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         friction_coefficient: scalar,
         largest_impulse: wp.array(dtype=scalar),
         impulses: wp.array(dtype=vec3),
-        masses: wp.array(dtype=scalar),
-        recovery_speed: scalar,
+        nodes: NodeMasses,
         before: wp.array(dtype=vec3),
         right: wp.array(dtype=vec3),
         x: wp.array(dtype=vec3),
@@ -161,7 +176,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
                 rounds[Round.AGAIN] = 1
             else:
                 rounds[Round.TOO_FEW] = 1
-        if lost(masses, recovery_speed, before, right, x):
+        if lost(nodes, before, right, x):
             rounds[Round.AGAIN] = 0
             rounds[Round.TOO_FEW] = 1
             rounds[Round.LOST] = 1
@@ -222,8 +237,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         # in
         pairs: Pairs,
         without: wp.array(dtype=vec3),
-        masses: wp.array(dtype=scalar),
-        recovery_speed: scalar,
+        nodes: NodeMasses,
         before: wp.array(dtype=vec3),
         right: wp.array(dtype=vec3),
         # in and out
@@ -234,7 +248,7 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
         part = one
         if last > zero:
             part = wp.clamp(-first / (last - first), zero, one)
-        if lost(masses, recovery_speed, before, right, x):
+        if lost(nodes, before, right, x):
             part = zero
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
@@ -246,5 +260,10 @@ def make_pair_ending(precision: str) -> SimpleNamespace:
             x[i] = narrow(kept)
 
     return SimpleNamespace(
-        begin_rounds=begin_rounds, prune=prune, clip=clip, add_impulses=add_impulses, end=end
+        NodeMasses=NodeMasses,
+        begin_rounds=begin_rounds,
+        prune=prune,
+        clip=clip,
+        add_impulses=add_impulses,
+        end=end,
     )

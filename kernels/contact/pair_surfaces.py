@@ -17,9 +17,9 @@ face or through an edge of a body that stands in line with them."""
 
 @cache
 def make_pair_surfaces(precision: str) -> SimpleNamespace:
-    """Struct ``Surfaces``, kernels ``follow``, ``find_normals``, ``find_bounds``, and functions.
+    """Struct ``Surfaces``, kernels ``expect``, ``follow``, ``find_normals``, ``find_bounds``.
 
-    Functions: ``inside(s, positions, p, body)`` and ``met(a, b, c, p, d)``.
+    And functions, among them ``inside(s, positions, p, body)`` and ``met(a, b, c, p, d)``.
     """
     types = real(precision)
     scalar, vec3 = types.scalar, types.vec3
@@ -57,6 +57,20 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
         drift: wp.array(dtype=vec3)
         fastest: wp.array(dtype=scalar)
         step_factors: wp.array(dtype=scalar)
+
+    @kernel
+    def expect(
+        # model
+        fixed: wp.array(dtype=int),
+        # in
+        handled: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        # out
+        expected: wp.array(dtype=vec3),
+    ):
+        # velocities of the step to come, as far as they are known
+        i = wp.tid()
+        expected[i] = wp.where(fixed[i] != 0, handled[i], velocities[i])
 
     @kernel
     def follow(
@@ -211,5 +225,10 @@ def make_pair_surfaces(precision: str) -> SimpleNamespace:
         "box_around": box_around,
         "inside": inside,
     }
-    kernels = {"follow": follow, "find_normals": find_normals, "find_bounds": find_bounds}
+    kernels = {
+        "expect": expect,
+        "follow": follow,
+        "find_normals": find_normals,
+        "find_bounds": find_bounds,
+    }
     return SimpleNamespace(Surfaces=Surfaces, **functions, **kernels)

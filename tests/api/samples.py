@@ -151,6 +151,19 @@ def engine(folder: Path) -> Samples:
             wsb.Push,
             {"region": "base", "force": (1.0, 0.0, 0.0), "start": 0.0, "duration": 1.0},
         ),
+        "Handle": (
+            wsb.Handle,
+            {"region": "head", "path": wsb.MotionPath.straight((1.0, 0.0, 0.0))},
+        ),
+        "MotionPath": (
+            wsb.MotionPath,
+            {"times": (0.0, 1.0), "shifts": np.eye(3)[:2], "center": (0.0, 0.0, 0.0)},
+        ),
+        "MotionPath.straight": (wsb.MotionPath.straight, {"velocity": (1.0, 0.0, 0.0)}),
+        "MotionPath.spinning": (
+            wsb.MotionPath.spinning,
+            {"rate": 90.0, "axis": (0.0, 0.0, 1.0), "center": (0.0, 0.0, 0.0)},
+        ),
         "Scene": (wsb.Scene, {"character": muscled()}),
         "Simulation": (wsb.Simulation, {"scene": scene()}),
         "Simulation.apply_force": (

@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes import make
+from warp_softbody.world.handles import Handle
+from warp_softbody.world.motion_path import MotionPath
 
 ROOT = Path(__file__).parents[2]
 MOST_ARGUMENTS = 12
@@ -70,7 +73,10 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
     rig(box(), elements="smoothed", time_step=0.01).step()
     rig(box(), tangent="exact", newton_iterations=2, time_step=0.01).step()
     two = SimulationOptions(newton_iterations=2)
-    Simulation(make("stack").scene, options=two, time_step=0.01).step()
+    stack = make("stack").scene
+    Simulation(stack, options=two, time_step=0.01).step()
+    moved = Handle(region="cube_1", path=MotionPath.straight((1.0, 0.0, 0.0)))
+    Simulation(replace(stack, handles=(moved,)), time_step=0.01).step()
     plain = rig(muscular_bar(), native_code=False, time_step=0.01)
     plain.step()
     ReducedDynamics(plain.stepper).solve(np.ones((1, 3 * plain.model.node_count)))

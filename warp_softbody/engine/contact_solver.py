@@ -104,10 +104,18 @@ class ContactSolver:
         """Numbers of the pairs that there are, and how many; None without pairs."""
         return None if self._pairs is None else self._pairs.lists
 
-    def find_pairs(self, state: State, contacts: Contacts) -> None:
-        """Which surfaces may touch in a step from ``state`` on; not to be captured."""
+    @property
+    def handled(self) -> Any:
+        """(n,) vec3 m/s, velocities that handles give in the step; (0,) without handles."""
+        return self._ground.handled
+
+    def find_pairs(self, state: State, contacts: Contacts, handled: Any) -> None:
+        """Which surfaces may touch in a step from ``state`` on; not to be captured.
+
+        ``handled`` is that of `Control`.
+        """
         if self._pairs is not None and contacts.pairs is not None:
-            self._pairs.find(state, contacts.pairs)
+            self._pairs.find(state, contacts.pairs, handled)
             self._renewing = self.preconditioner.stale
 
     def launch_first(self, state: State, contacts: Contacts, renewal: Renewal) -> None:

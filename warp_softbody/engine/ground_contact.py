@@ -27,6 +27,7 @@ class GroundContact:
     Without a ground there are no contacts, and only fixed nodes are held.
 
     Attributes:
+        handled: (n,) vec3 m/s, velocities of the step that handles give; (0,) without handles.
         largest_violations: (1,) vec2 N s, by how much Signorini's and Coulomb's laws are missed
             most after a pass; pairs write their own on top of the ground's.
     """
@@ -43,6 +44,7 @@ class GroundContact:
         structs = self._structs = make_contact_structs(precision)
         record = PassRecord.of(count, model.allocator)
         self._record = struct_of(structs.PassRecord, record)
+        self.handled = model.zeros(model.handled_count, model.types.vec3)
         self._planes = struct_of(
             structs.ContactPlanes,
             normals=solver.normals,
@@ -86,7 +88,8 @@ class GroundContact:
             inputs = [self._ground.nodes, fixed, self._planes, contacts.modes, solver.before]
             outputs = [solver.kinds, solver.axes, change]
             self._launch(k.impose, m.contact_count, inputs, outputs)
-        self._launch(k.hold_fixed, m.node_count, [fixed, solver.before], [solver.kinds, change])
+        inputs = [fixed, self.handled, solver.before]
+        self._launch(k.hold_fixed, m.node_count, inputs, [solver.kinds, change])
 
     def update(
         self, contacts: Contacts, right: Any, velocity_update: Any, right_with_slip: Any

@@ -46,7 +46,7 @@ class Model:
         scene: what is simulated.
         options: how, with what each "auto" takes.
         topology: index arrays of the joined mesh, on the host.
-        fixed: (n,) bool.
+        fixed: (n,) bool, nodes that never move, or as handles move them.
         muscles: the segments of all bodies, on the host.
         masses: (n,) kg, float64 on the host.
         materials: of each body.
@@ -88,6 +88,11 @@ class Model:
     def contact_count(self) -> int:
         """Number of nodes that can touch the ground; 0 without a ground."""
         return 0 if self.scene.ground is None else len(self.body.mesh.surface_nodes)
+
+    @property
+    def handled_count(self) -> int:
+        """Number of nodes where velocities of handles are kept: all, or 0 without handles."""
+        return self.node_count if self.scene.handles else 0
 
     @property
     def absent_parts(self) -> tuple[str, ...]:
@@ -153,7 +158,7 @@ def build_model(scene: Scene, options: SimulationOptions, *, like: Model | None 
     mesh, parts = scene.whole.mesh, scene.parts
     topology = build_topology(mesh.tets, len(mesh.points)) if like is None else like.topology
     fixed = np.zeros(len(mesh.points), dtype=bool)
-    fixed[scene.whole.fixed] = True
+    fixed[scene.held] = True
     levels = None
     if like is not None:
         levels = shared_levels(like.system, options, like.options, fixed, like.fixed)

@@ -218,7 +218,7 @@ def _mass_arrays(
     scene: Scene, masses: FloatArray, materials: tuple[MaterialPart, ...], make: Allocator
 ) -> MassArrays:
     fixed = np.zeros(len(masses), dtype=np.int32)
-    fixed[scene.whole.fixed] = 1
+    fixed[scene.held] = 1
     damped = masses.copy()
     for part in materials:
         damped[part.nodes] *= part.mass_factor

@@ -105,7 +105,8 @@ class Accountant:
             inputs += [contacts.modes, contacts.impulses, normals, before, change]
             self._launch(k.add_ground, inputs, [*sums, self._gained])
         if found is not None and contacts.pairs is not None:
-            inputs = [a.step.body_start, *found, contacts.pairs.nodes, contacts.pairs.impulses]
+            inputs = [a.step.body_start, a.masses.fixed, *found]
+            inputs += [contacts.pairs.nodes, contacts.pairs.impulses]
             self._launch(k.add_pairs, inputs, sums)
 
     def read(self) -> Account:

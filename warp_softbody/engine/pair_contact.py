@@ -98,10 +98,13 @@ class PairContact:
         device = self._model.options.device
         launch(kernel, dim, inputs, outputs, device)
 
-    def find(self, state: State, pairs: PairStates) -> None:
-        """Find the pairs of a step that starts from ``state``; what has no partner lifts."""
+    def find(self, state: State, pairs: PairStates, handled: Any = None) -> None:
+        """Find the pairs of a step that starts from ``state``; what has no partner lifts.
+
+        ``handled`` is that of `Control`.
+        """
         self._nodes = pairs.nodes
-        with_kernels(lambda: self._detection.find(state, pairs))
+        with_kernels(lambda: self._detection.find(state, pairs, handled))
 
     @property
     def lists(self) -> list[Any]:

@@ -74,6 +74,7 @@ class PairDetection:
         self._overlap = make_pair_overlap(precision)
         self._thinning = make_pair_thinning(precision)
         self._graphs: dict[tuple[int, ...], Any] = {}
+        self._expected = model.zeros(model.handled_count, model.types.vec3)
         self._make_surfaces()
         self._make_fans()
         self._make_overlaps()
@@ -133,10 +134,17 @@ class PairDetection:
         self._totals = model.zeros(bodies * bodies, types.scalar)
         self._numbers = model.zeros(bodies * bodies, wp.int32)
 
-    def find(self, state: State, states: PairStates) -> None:
-        """Find the pairs of a step that starts from ``state``; modes of what has none are lift."""
-        where = [state.positions, state.velocities]
+    def find(self, state: State, states: PairStates, handled: Any = None) -> None:
+        """Find the pairs of a step that starts from ``state``; modes of what has none are lift.
+
+        ``handled`` (n,) vec3 m/s are the velocities of the step that handles give, where there are
+        handles.
+        """
         s = self._surfaces
+        if handled is not None:
+            inputs = [s.fixed, handled, state.velocities]
+            self._launch(self._search.expect, self._model.node_count, inputs, [self._expected])
+        where = [state.positions, self._velocities(state)]
         self._launch(self._search.follow, 1, where, [self._points, s.drift, s.fastest])
         self._tree.refit()
         key = (id(state), id(states))
@@ -149,14 +157,14 @@ class PairDetection:
 
     def _launch_search(self, state: State, states: PairStates) -> None:
         s, model = self._surfaces, self._model
-        x, v, bodies = state.positions, state.velocities, len(model.scene.parts)
+        x, v, bodies = state.positions, self._velocities(state), len(model.scene.parts)
         self._launch(self._search.find_normals, len(s.faces), [s.faces, x], [s.face_normals])
         self._launch(self._search.find_bounds, bodies, [self._body_start, x], [s.low, s.high])
         inputs = [s, *self._fans, int(model.scene.self_contact), x, v]
         count = len(s.nodes)
         self._launch(self._detection.detect, count, inputs, [self._nodes_met])
         if bodies > 1:
-            self._crossing.launch(state, self._nodes_met)
+            self._crossing.launch(x, v, self._nodes_met)
             inputs = [s, self._crossing.edges, self._nodes_met, self._crossing.met]
             outputs = [self._ways, self._totals, self._overlaps]
             self._launch(self._overlap.find_ways, 1, inputs, outputs)
@@ -164,6 +172,10 @@ class PairDetection:
         outputs = [self._nodes_met, self._found.friction_factor]
         self._launch(self._overlap.leave, count, [s, x, self._ways], outputs)
         self._launch_thinning(states)
+
+    def _velocities(self, state: State) -> Any:
+        """(n,) vec3 m/s with which surfaces are looked for: of handles, those of the step."""
+        return self._expected if self._model.scene.handles else state.velocities
 
     def _launch_thinning(self, states: PairStates) -> None:
         """Launch the choice among the candidates, and the list of the pairs chosen."""
@@ -202,7 +214,7 @@ class CrossingEdges:
         self._overlap = make_pair_overlap(precision)
         self._thinning = make_pair_thinning(precision)
         found = SurfaceEdges.of(model.body.mesh.surface)
-        count = self._count = len(found.ends) if model.scene.others else 0
+        count = self._count = len(found.ends) if len(model.scene.parts) > 1 else 0
         self.edges = struct_of(
             self._kernels.Edges,
             ends=model.array(found.ends[:count], wp.vec2i),
@@ -217,11 +229,11 @@ class CrossingEdges:
         device = self._model.options.device
         launch(kernel, dim, inputs, outputs, device)
 
-    def launch(self, state: State, nodes_met: Any) -> None:
+    def launch(self, positions: Any, velocities: Any, nodes_met: Any) -> None:
         """Launch the search; ``nodes_met`` is the struct of the nodes' candidates."""
-        inputs = [self._surfaces, self.edges, state.positions, state.velocities]
+        inputs = [self._surfaces, self.edges, positions, velocities]
         self._launch(self._kernels.cross_edges, self._count, inputs, [self.met])
-        inputs = [self._surfaces, self.edges, state.positions, nodes_met]
+        inputs = [self._surfaces, self.edges, positions, nodes_met]
         self._launch(self._overlap.sink_edges, self._count, inputs, [self.met])
 
     def launch_ways(self, state: State, ways: Any) -> None:

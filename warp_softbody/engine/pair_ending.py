@@ -8,6 +8,7 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.device.launching import launch
+from warp_softbody.device.structs import struct_of
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import PairStates
 from warp_softbody.kernels.contact.pair_ending import Round, make_pair_ending
@@ -31,6 +32,12 @@ class PairEnding:
         self._stiffness = model.zeros(count, types.mat33)
         self._without = model.zeros(model.node_count, types.vec3)
         self.rounds = model.zeros(len(Round), wp.int32)
+        # what bounds the energy of a step, beside its known momentum
+        self._nodes = struct_of(
+            self._kernels.NodeMasses,
+            model.arrays.masses,
+            recovery_speed=float(model.recovery_speed),
+        )
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
@@ -58,7 +65,7 @@ class PairEnding:
         ``motion``: velocities before the step, its known impulses, and velocities after it.
         """
         inputs = [bound, self._friction, largest_impulse, pairs.impulses]
-        inputs += [*self._limit(), *motion]
+        inputs += [self._nodes, *motion]
         self._launch(self._kernels.prune, inputs, [self._modes, self._frictions, self.rounds])
 
     def clip(self, bound: Any, pairs: PairStates) -> None:
@@ -78,9 +85,5 @@ class PairEnding:
 
     def end(self, bound: Any, pairs: PairStates, before: Any, right: Any, x: Any) -> None:
         """Launch the choice of how much of the impulses acts, from x with all of them."""
-        inputs = [bound, self._without, *self._limit(), before, right]
+        inputs = [bound, self._without, self._nodes, before, right]
         self._launch(self._kernels.end, inputs, [pairs.impulses, x])
-
-    def _limit(self) -> list[Any]:
-        """What bounds the energy of a step, beside its known momentum."""
-        return [self._model.arrays.masses.mass, float(self._model.recovery_speed)]

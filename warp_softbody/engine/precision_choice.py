@@ -51,8 +51,7 @@ def with_precision(options: SimulationOptions, scene: Scene) -> SimulationOption
 def choose_precision(scene: Scene, time_step: float) -> Literal["float32", "float64"]:
     """The cheapest precision whose rounding hides nothing in a scene at a time step, s."""
     reaches = []
-    speeds = (scene.initial_velocity, *(body.velocity for body in scene.others))
-    for character, velocity in zip(scene.characters, speeds, strict=True):
+    for character, (velocity, _) in zip(scene.characters, scene.starts, strict=True):
         away = float(np.abs(character.mesh.points).max())
         reaches.append(away + SECONDS * float(np.linalg.norm(velocity)))
     return "float32" if lost_in_single(scene, reaches, time_step) is None else "float64"
@@ -67,7 +66,7 @@ def lost_in_single(scene: Scene, reaches: Sequence[float], time_step: float) -> 
         time_step: s.
     """
     touches = scene.ground is not None or scene.has_pairs
-    speeds = (scene.initial_velocity, *(body.velocity for body in scene.others))
+    speeds = [velocity for velocity, _ in scene.starts]
     gravity = np.asarray(scene.gravity, dtype=float)
     for character, reach, velocity in zip(scene.characters, reaches, speeds, strict=True):
         edge = shortest_edge(character.mesh.points, character.mesh.tets)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import bsr_array
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.host_view import HostViews
@@ -132,6 +133,7 @@ class ReducedDynamics:
             # muscles have no torque, so that their maps stay
             responses += turn.responses
             free_velocity += turn.responses @ known.astype(np.float64).ravel()
+        free_velocity += self._handled_part(rows, responses)
         compliance = rows @ responses.T
         return ControlProblem(
             rows=rows,
@@ -146,10 +148,22 @@ class ReducedDynamics:
             converged=iterations < self._most_iterations,
         )
 
+    def _handled_part(self, rows: FloatArray, responses: FloatArray) -> FloatArray:
+        """What rows see of the nodes that handles move: their velocities, and what they pull."""
+        handled = self._stepper.handled
+        if handled is None:
+            return np.zeros(len(rows))
+        model, read = self._stepper.model, self._views.read
+        given = read(handled).astype(np.float64).ravel()
+        topology, values = model.topology, read(self._stepper.assembly.values).astype(np.float64)
+        matrix = bsr_array((values, topology.column, topology.row_start), blocksize=(3, 3))
+        # held nodes do not respond, so that what pulls at them does not count
+        return np.asarray(rows @ given - responses @ (matrix @ given))
+
     def _free_turn(self, rows: FloatArray) -> FreeTurn | None:
         """What the step's balance of spin does to rows; None where it does nothing."""
         model, state = self._stepper.model, self._stepper.assembled
-        one = len(model.scene.parts) == 1 and not len(model.body.fixed)
+        one = len(model.scene.parts) == 1 and not model.fixed.any()
         if not one or state is None or model.options.newton_iterations > 1:
             return None
         positions = self._views.read(state.positions).astype(np.float64)
@@ -163,7 +177,7 @@ class ReducedDynamics:
         fixed.
         """
         model = self._stepper.model
-        if len(model.body.fixed):
+        if model.fixed.any():
             return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
         by_node = rows.reshape(len(rows), model.node_count, 3)
         first, last = by_node[:, 0] / model.masses[0], by_node[:, -1] / model.masses[-1]

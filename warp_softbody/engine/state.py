@@ -19,12 +19,17 @@ SLACK = 1e6
 """Rest length, in units of l_0, that no segment reaches: no tension."""
 
 
+OPTIONAL = ("pairs", "handled")
+"""Fields that are None in scenes without what they are of."""
+
+
 def _check_arrays(part: object) -> None:
     """Refuse fields that are no arrays of a device."""
     for entry in fields(part):  # type: ignore[arg-type]
         value = getattr(part, entry.name)
-        kinds = (PairStates, type(None)) if entry.name == "pairs" else (wp.array,)
-        if not isinstance(value, kinds):
+        if entry.name in OPTIONAL and value is None:
+            continue
+        if not isinstance(value, PairStates if entry.name == "pairs" else wp.array):
             checks.refuse(f"{type(part).__name__}.{entry.name}", "a Warp array of a device", value)
 
 
@@ -53,14 +58,22 @@ class State:
     @staticmethod
     @shares_warp
     def at_rest(model: Model) -> State:
-        """The rest shape, moving with the scene's initial velocity."""
+        """The rest shape, moving with the scene's initial velocities, and as its handles do."""
         checks.instance("model of State.at_rest", model, Model)
-        scene, points = model.scene, model.body.mesh.points
+        scene, points = model.scene, np.array(model.body.mesh.points)
         velocity = np.zeros(points.shape)
-        starts = (scene.initial_velocity, *(body.velocity for body in scene.others))
-        for part, start in zip(scene.parts, starts, strict=True):
+        for part, (start, spin) in zip(scene.parts, scene.starts, strict=True):
             velocity[part.nodes] = start
+            if any(spin):
+                masses, places = model.masses[part.nodes], points[part.nodes]
+                arms = places - masses @ places / masses.sum()
+                velocity[part.nodes] += np.cross(spin, arms)
         velocity[model.body.fixed] = 0.0
+        dt = model.options.time_step
+        for handle, nodes in zip(scene.handles, scene.handle_nodes, strict=True):
+            rest = points[nodes]
+            points[nodes] = handle.path.places(rest, 0.0)
+            velocity[nodes] = (handle.path.places(rest, dt) - points[nodes]) / dt
         return State(
             model.array(points, model.types.vec3),
             model.array(velocity, model.types.vec3),
@@ -76,10 +89,13 @@ class Control:
     Attributes:
         rest_lengths: (segments,) l_d, m; SLACK * l_0 for a slack segment.
         external_forces: (n,) vec3 N.
+        handled: (n,) vec3 m/s, velocities of the nodes that handles move; None where the scene
+            has no handles.
     """
 
     rest_lengths: Any
     external_forces: Any
+    handled: Any = None
 
     def __post_init__(self) -> None:
         """Refuse what is not on a device."""
@@ -93,6 +109,7 @@ class Control:
         return Control(
             model.array(SLACK * model.muscles.rest_lengths, model.types.scalar),
             model.zeros(model.node_count, model.types.vec3),
+            model.zeros(model.node_count, model.types.vec3) if model.scene.handles else None,
         )
 
 
@@ -125,7 +142,7 @@ class PairStates:
     def count(model: Model) -> int:
         """How many pairs there may be."""
         mesh = model.body.mesh
-        edges = SurfaceEdges.count(mesh.surface) if model.scene.others else 0
+        edges = SurfaceEdges.count(mesh.surface) if len(model.scene.parts) > 1 else 0
         return len(mesh.surface_nodes) + 2 * edges
 
     @staticmethod
@@ -205,6 +222,10 @@ def checked_parts(model: Model, parts: tuple[object, ...]) -> None:
             shapes = dict.fromkeys(("positions", "velocities", "increments"), model.node_count)
         elif isinstance(part, Control):
             shapes = {"rest_lengths": model.segment_count, "external_forces": model.node_count}
+            if model.scene.handles:
+                if part.handled is None:
+                    raise InputError("Control.handled must be there: handles move nodes")
+                shapes["handled"] = model.node_count
         elif isinstance(part, Contacts):
             shapes = {"modes": model.contact_count, "friction_forces": model.node_count}
             if model.scene.has_pairs and part.pairs is None:

@@ -59,6 +59,8 @@ class Stepper:
         reaches: (s,) scalar m, the most that a segment can be let out to in a step.
         muscle_forces: (4m,) vec3 N, of the last solve, slot 4 t + a at corner a of tet t.
         assembled: the state that was last assembled.
+        handled: (n,) vec3 m/s, velocities that handles give in the step that was last begun; None
+            without handles.
     """
 
     @shares_warp
@@ -97,6 +99,7 @@ class Stepper:
         self.contact = ContactSolver(model, self.assembly, self.workspace)
         self._renewal = Renewal(self.contact.preconditioner, model.system)
         self.assembled: State | None = None
+        self.handled: Any = None
         self._graphs: dict[tuple[Any, ...], Any] = {}
         self._phase_graphs: dict[int, Any] = {}
         threads = model.options.threads
@@ -179,6 +182,7 @@ class Stepper:
             checks.called_with("decide of Stepper.step", decide, 0, "a function without arguments")
         if clock is not None:
             checks.instance("clock of Stepper.step", clock, StepClock)
+        self.handled = getattr(control, "handled", None)
         whole = decide is None and clock is None and self._workers is None
         for parts in WHOLE if whole else SINGLE:
             if "assembly" in parts:
@@ -212,7 +216,7 @@ class Stepper:
         if self._muscles is not None and isinstance(control, Control):
             check_tensions(self._views.read(control.rest_lengths))
         self._renewal.choose()
-        self.contact.find_pairs(state, contacts)
+        self.contact.find_pairs(state, contacts, self.handled)
 
     def _run(
         self,
@@ -291,6 +295,8 @@ class Stepper:
     def _launch_solve(self, state: State, control: Control, contacts: Contacts) -> None:
         m, a, k, contact = self.model, self.model.arrays, self._ends, self.contact
         self._launch_muscle_forces(control)
+        if m.scene.handles:
+            wp.copy(contact.handled, control.handled)
         inputs = [a.step.factors, int(m.options.follows_time_error), self._known_forces(control)]
         inputs += [state.velocities, state.increments, contacts.friction_forces]
         outputs = [contact.sides, contact.velocity_update, contact.start]

@@ -85,7 +85,7 @@ class RunAccount:
     def __init__(self, model: Model) -> None:
         """Begin with the momentum and energy of the scene's start."""
         scene = model.scene
-        speeds = [scene.initial_velocity, *(body.velocity for body in scene.others)]
+        speeds = [velocity for velocity, _ in scene.starts]
         masses = np.array([model.masses[part.nodes].sum() for part in scene.parts])
         speed = np.linalg.norm(np.asarray(speeds, dtype=float), axis=1)
         self._model = model

@@ -29,6 +29,7 @@ from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.run.applied_forces import AppliedForce, applied_force
 from warp_softbody.run.continuation import copy_motion, require_same_bodies
+from warp_softbody.run.handle_motion import HandleMotion
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
@@ -124,6 +125,7 @@ class Simulation:
         self._decision: Decision | None = None
         self._snapshots = Snapshots(self.model)
         self._pushes = Pushes(self.model)
+        self._handles = HandleMotion(self.model)
         self._views = HostViews()
         self._observers: list[StepObserver] = []
         share = self.model.speed_share
@@ -145,6 +147,7 @@ class Simulation:
         require_same_bodies(self.model, other.model)
         copy_motion(other.state, other.contacts, self._state, self.contacts)
         self._steps = other._steps
+        self._handles.go_on_from(self._state, self.time)
         self._set_lengths(other._rest_lengths.copy())
 
     def _solver_for(self, controller: Controller) -> ControlSolver | None:
@@ -287,7 +290,8 @@ class Simulation:
         pushed = self._pushes.apply(self.control, self.time)
         wanted = self._goals()
         clock.mark("control")
-        acted = pushed or wanted is not None
+        moved = self._handles.apply(self.control, self._state, self.time)
+        acted = pushed or moved or wanted is not None
         if self._sleep.asleep and not acted:
             self._sleep.skip()
             self._steps += 1

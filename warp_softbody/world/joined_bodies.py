@@ -30,15 +30,21 @@ class Body(FrozenValue):
     Attributes:
         character: where it stands at the start.
         velocity: of all its nodes at the start, m/s.
+        spin: about its centre of mass at the start, rad/s.
     """
 
     character: Character
     velocity: Vector = (0.0, 0.0, 0.0)
+    spin: Vector = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse a velocity that is not finite."""
+        """Refuse a velocity or a spin that is not finite."""
         checks.instance("Body.character", self.character, Character)
-        checks.keep(self, velocity=checks.vector("Body.velocity", self.velocity, unit="m/s"))
+        checks.keep(
+            self,
+            velocity=checks.vector("Body.velocity", self.velocity, unit="m/s"),
+            spin=checks.vector("Body.spin", self.spin, unit="rad/s"),
+        )
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from warp_softbody.body.character import Character
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import FrozenValue
 from warp_softbody.world.ground import Ground, checked_ground
-from warp_softbody.world.joined_bodies import Body, Part, join, parts_of
+from warp_softbody.world.handles import Handle, nodes_of_handles
+from warp_softbody.world.joined_bodies import Body, Part, Vector, join, parts_of
 
 STANDARD_GRAVITY = 9.81
 
@@ -51,7 +52,7 @@ class Push:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Scene(FrozenValue):
-    """Everything that is simulated: bodies, ground, pushes, gravity.
+    """Everything that is simulated: bodies, ground, pushes, handles, gravity.
 
     Attributes:
         character: the body; the one that a controller moves.
@@ -59,7 +60,9 @@ class Scene(FrozenValue):
         ground: a plane, a height field or triangles; None for bodies in free space.
         gravity: m/s^2.
         pushes: forces over time.
+        handles: nodes that are moved along paths.
         initial_velocity: of every node of the character, m/s.
+        initial_spin: of the character about its centre of mass, rad/s.
         body_friction: Coulomb coefficient between bodies, and of a surface with itself.
         self_contact: whether surfaces of one body touch each other.
     """
@@ -69,7 +72,9 @@ class Scene(FrozenValue):
     ground: Ground | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
     pushes: tuple[Push, ...] = ()
+    handles: tuple[Handle, ...] = ()
     initial_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    initial_spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     body_friction: float = 0.5
     self_contact: bool = False
 
@@ -82,15 +87,19 @@ class Scene(FrozenValue):
             ground=None if self.ground is None else checked_ground("Scene.ground", self.ground),
             gravity=checks.vector("Scene.gravity", self.gravity, unit="m/s^2"),
             pushes=checks.items("Scene.pushes", self.pushes, Push),
+            handles=checks.items("Scene.handles", self.handles, Handle),
             initial_velocity=checks.vector(
                 "Scene.initial_velocity", self.initial_velocity, unit="m/s"
             ),
+            initial_spin=checks.vector("Scene.initial_spin", self.initial_spin, unit="rad/s"),
             body_friction=checks.number("Scene.body_friction", self.body_friction, low=0.0),
             self_contact=checks.truth("Scene.self_contact", self.self_contact),
         )
         input_kinds.distinct("bodies of the scene", (body.name for body in self.characters))
         for push in self.pushes:
             self.whole.region(push.region)
+        # asked for once, so that a wrong region is told of here
+        _ = self.handle_nodes
 
     @property
     def characters(self) -> tuple[Character, ...]:
@@ -112,6 +121,22 @@ class Scene(FrozenValue):
         """(n,) number of each node's body in `parts`."""
         counts = [part.nodes.stop - part.nodes.start for part in self.parts]
         return np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+
+    @cached_property
+    def handle_nodes(self) -> tuple[npt.NDArray[np.int32], ...]:
+        """The nodes (k,) that each handle moves."""
+        return nodes_of_handles(self.handles, self.whole, self.parts)
+
+    @cached_property
+    def held(self) -> npt.NDArray[np.int32]:
+        """(k,) the nodes that contact and forces do not move: fixed ones, and those of handles."""
+        return np.unique(np.concatenate([self.whole.fixed, *self.handle_nodes])).astype(np.int32)
+
+    @property
+    def starts(self) -> tuple[tuple[Vector, Vector], ...]:
+        """Velocity, m/s, and spin, rad/s, of each body at the start, in the order of `parts`."""
+        others = ((body.velocity, body.spin) for body in self.others)
+        return ((self.initial_velocity, self.initial_spin), *others)
 
     @property
     def has_pairs(self) -> bool:

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
 from warp_softbody.body.muscles import Fiber, MuscleGroup
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.world.ground import Ground, Plane
+from warp_softbody.world.handles import Handle
 from warp_softbody.world.height_field import HeightField
 from warp_softbody.world.joined_bodies import Body
 from warp_softbody.world.scene import Push, Scene
@@ -70,13 +73,19 @@ def similar_scene(scene: Scene, by: Similarity) -> Scene:
         scene,
         character=_character(scene.character, by),
         others=tuple(
-            Body(character=_character(body.character, by), velocity=_times(body.velocity, by.speed))
+            Body(
+                character=_character(body.character, by),
+                velocity=_times(body.velocity, by.speed),
+                spin=_times(body.spin, 1.0 / by.time),
+            )
             for body in scene.others
         ),
         ground=None if scene.ground is None else _ground(scene.ground, by.length),
         gravity=_times(scene.gravity, by.gravity),
         pushes=tuple(_push(push, by) for push in scene.pushes),
+        handles=tuple(_handle(handle, by) for handle in scene.handles),
         initial_velocity=_times(scene.initial_velocity, by.speed),
+        initial_spin=_times(scene.initial_spin, 1.0 / by.time),
     )
 
 
@@ -120,6 +129,19 @@ def _push(push: Push, by: Similarity) -> Push:
         force=_times(push.force, by.force),
         start=push.start * by.time,
         duration=push.duration * by.time,
+    )
+
+
+def _handle(handle: Handle, by: Similarity) -> Handle:
+    path = handle.path
+    return replace(
+        handle,
+        path=replace(
+            path,
+            times=path.times * by.time,
+            shifts=np.asarray(path.shifts) * by.length,
+            center=None if path.center is None else _times(path.center, by.length),
+        ),
     )
 
 

@@ -1,0 +1,55 @@
+"""Handles of a scene as velocities of its nodes, step by step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.device.host_view import HostViews
+from warp_softbody.engine.model import Model
+from warp_softbody.engine.state import Control, State
+
+
+class HandleMotion:
+    """Writes the velocities that take held nodes to where their paths are at a step's end."""
+
+    def __init__(self, model: Model) -> None:
+        """Of the scene of a model."""
+        self._model = model
+        scene, points = model.scene, model.body.mesh.points
+        self._handles = tuple(
+            (handle.path, nodes, points[nodes])
+            for handle, nodes in zip(scene.handles, scene.handle_nodes, strict=True)
+        )
+        self._aside: list[FloatArray] = [np.zeros((1, 3)) for _ in self._handles]
+        self._views = HostViews()
+
+    def go_on_from(self, state: State, time: float) -> None:
+        """Keep to nodes that stand aside of their paths at a time, s: they go beside them."""
+        positions = self._positions(state)
+        for number, (path, nodes, rest) in enumerate(self._handles):
+            aside = positions[nodes] - path.places(rest, time)
+            # what rounding leaves is no distance, and is to be mended in the next step
+            near = np.finfo(self._model.options.precision).eps * np.abs(positions).max()
+            self._aside[number] = np.where(np.abs(aside) > 16.0 * near, aside, 0.0)
+
+    def apply(self, control: Control, state: State, time: float) -> bool:
+        """Set the velocities of a step that begins at a time, s; whether any handle moves in it.
+
+        They end on the path to the last bit of the positions, so that nothing drifts.
+        """
+        if not self._handles:
+            return False
+        dt = self._model.options.time_step
+        positions = self._positions(state)
+        velocities = np.zeros((self._model.node_count, 3))
+        moves = False
+        for (path, nodes, rest), aside in zip(self._handles, self._aside, strict=True):
+            goal = path.places(rest, time + dt) + aside
+            velocities[nodes] = (goal - positions[nodes]) / dt
+            moves = moves or not np.array_equal(goal, path.places(rest, time) + aside)
+        self._views.write(control.handled, velocities)
+        return moves
+
+    def _positions(self, state: State) -> FloatArray:
+        return np.asarray(self._views.read(state.positions), dtype=np.float64)
