@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from warp_softbody.body.character import Character
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks
+from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.stage_exports.layout import Layout
 from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.scene import Scene
@@ -53,7 +54,7 @@ class StagedBody:
         """The frame as if there were no other body."""
         if self.alone:
             return frame
-        return replace(
+        return unchecked_copy(
             frame,
             positions=frame.positions[self.nodes],
             velocities=frame.velocities[self.nodes],
@@ -66,11 +67,11 @@ class StagedBody:
     def _own(self, frame: Frame) -> ContactSample:
         """All that acts on its nodes, in its own numbers and those of the bodies on other sides."""
         bodies = np.searchsorted(self.starts, frame.contacts.nodes, side="right") - 1
-        contacts = replace(frame.contacts, bodies=bodies.astype(np.int32))
+        contacts = unchecked_copy(frame.contacts, bodies=bodies.astype(np.int32))
         contacts = contacts.seen_by(self.number, frame.positions)
         others = contacts.partner_nodes
         starts = np.array(self.starts, dtype=np.int32)[contacts.partners][:, None]
-        return replace(
+        return unchecked_copy(
             contacts,
             nodes=contacts.nodes - self.nodes.start,
             partner_nodes=np.where(others >= 0, others - starts, others),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from warp_softbody.contact_mode import ContactMode
 from warp_softbody.errors import InputError
+from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.conventions import TIME_CODE_DIGITS
 from warp_softbody.world.frame import ContactSample, Frame
@@ -56,7 +56,7 @@ def owned(frame: Frame, bodies: Sequence[StagedBody]) -> Frame:
     last = bodies[-1]
     place = f"frame {frame.index}"
     nodes = last.nodes.stop
-    return replace(
+    return unchecked_copy(
         frame,
         positions=_numbers(place, "positions", frame.positions, (nodes, 3)),
         velocities=_numbers(place, "velocities", frame.velocities, (nodes, 3)),
@@ -75,7 +75,7 @@ def _contacts(
     if not count and not len(contacts.nodes):
         return ContactSample(names=contacts.names)
     named = named or len(contacts.nodes) > 0
-    own = replace(
+    own = unchecked_copy(
         contacts,
         nodes=_wholes(place, f"{kind} nodes", contacts.nodes, (count if named else 0,)),
         points=_numbers(place, f"{kind} points", contacts.points, (count, 3)),
