@@ -15,6 +15,10 @@ from warp_softbody.stage_exports.usd.textures import keep_textures, kept_texture
 
 STATIC = "static.usdc"
 PACKED = ".usdz"
+CRATES = (".usdc", ".usd")
+GROWING = "growing.usdc"
+GROUP_BYTES = 256 << 20
+"""Of chunks that are merged at once: what a long take needs of memory is about twice that."""
 
 
 def closed_chunks(folder: Path) -> list[Path]:
@@ -22,12 +26,13 @@ def closed_chunks(folder: Path) -> list[Path]:
     return sorted(folder.glob("frames_*.usdc"))
 
 
-def merge(folder: str, target: str) -> int:
+def merge(folder: str, target: str, group_bytes: int = GROUP_BYTES) -> int:
     """Write what does not move and all chunks of a folder as one stage.
 
     Args:
         folder: of the chunks.
         target: a file that may be half-written when this fails.
+        group_bytes: of chunks that are held in memory at once.
 
     Returns:
         The number of frames.
@@ -36,17 +41,72 @@ def merge(folder: str, target: str) -> int:
         InputError: a chunk is missing or damaged.
         OSError: the stage could not be written.
     """
+    home = Path(folder)
+    groups = _groups(closed_chunks(home), group_bytes)
+    if len(groups) > 1:
+        return _merged_on_disk(home, groups, target)
     merged = Sdf.Layer.CreateAnonymous(".usda")
-    merged.TransferContent(_opened(Path(folder) / STATIC))
-    layers = [_opened(chunk) for chunk in closed_chunks(Path(folder))]
+    _begin(merged, home, groups)
+    _stitch(merged, groups[0])
+    export(merged, target, kept_textures(home))
+    return len(merged.ListAllTimeSamples())
+
+
+def _merged_on_disk(home: Path, groups: list[list[Path]], target: str) -> int:
+    """Let a file grow by one group of chunks after another, so that one group is held at a time.
+
+    Each saving leaves some of what stood in the file unused, so groups are large.
+    """
+    growing = home / GROWING
+    growing.unlink(missing_ok=True)
+    merged = Sdf.Layer.CreateNew(str(growing))
+    if merged is None:
+        raise OSError("USD could not begin the layer")
+    _begin(merged, home, groups)
+    for group in groups:
+        _stitch(merged, group)
+        if not merged.Save():
+            raise OSError("USD could not save the layer")
+    frames = len(merged.ListAllTimeSamples())
+    path = Path(target)
+    if path.suffix.lower() in CRATES:
+        growing.replace(path)
+    elif path.suffix.lower() == PACKED:
+        _pack(growing.replace(path.with_name(f"{path.stem}.usdc")), path, kept_textures(home))
+    else:
+        export(merged, target)
+        growing.unlink()
+    return frames
+
+
+def _groups(chunks: list[Path], group_bytes: int) -> list[list[Path]]:
+    """Consecutive chunks of at most so many bytes together, or one larger chunk."""
+    groups: list[list[Path]] = [[]]
+    held = 0
+    for chunk in chunks:
+        size = chunk.stat().st_size
+        if groups[-1] and held + size > group_bytes:
+            groups.append([])
+            held = 0
+        groups[-1].append(chunk)
+        held += size
+    return groups
+
+
+def _begin(merged: Any, home: Path, groups: list[list[Path]]) -> None:
+    """What does not move, and the time codes of the first and last frame."""
+    merged.TransferContent(_opened(home / STATIC))
+    merged.startTimeCode = _opened(groups[0][0]).startTimeCode
+    merged.endTimeCode = _opened(groups[-1][-1]).endTimeCode
+
+
+def _stitch(merged: Any, group: list[Path]) -> None:
+    # all stay open until the layer is written, as it takes their arrays without copying them
+    layers = [_opened(chunk) for chunk in group]
     for layer in layers:
         watchdog.feed()
         UsdUtils.StitchLayers(merged, layer)
     watchdog.feed()
-    merged.startTimeCode = layers[0].startTimeCode
-    merged.endTimeCode = layers[-1].endTimeCode
-    export(merged, target, kept_textures(Path(folder)))
-    return len(merged.ListAllTimeSamples())
 
 
 def rewrite(source: str, target: str) -> dict[str, bytes]:

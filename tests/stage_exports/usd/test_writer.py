@@ -15,6 +15,7 @@ from pxr import Usd
 
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.stage_exports import StageWriter, read_take, recover, validate
+from warp_softbody.stage_exports.usd.merging import merge
 from warp_softbody.world.scene import Scene
 
 
@@ -56,6 +57,26 @@ def test_no_more_than_a_chunk_waits_in_memory(
         names = sorted(path.name for path in folder.glob("*.usdc"))
         assert names == ["frames_00000000.usdc", "frames_00000004.usdc", "static.usdc"]
     assert not folder.exists()
+
+
+@pytest.mark.parametrize("extension", [".usdc", ".usda", ".usdz"])
+def test_long_takes_are_merged_part_by_part(
+    scene: Scene, make_frames: Any, tmp_path: Path, extension: str
+) -> None:
+    whole, parts = (tmp_path / f"{name}{extension}" for name in ("whole", "parts"))
+    with StageWriter(tmp_path / "long.usdc", scene, chunk_frames=2) as stage:
+        for frame in make_frames(scene, 9):
+            stage.write(frame)
+        folder = tmp_path / ".long.usdc.chunks"
+        kept = sorted(path.name for path in folder.iterdir())
+        assert merge(str(folder), str(whole)) == 8
+        assert merge(str(folder), str(parts), group_bytes=1) == 8
+        assert sorted(path.name for path in folder.iterdir()) == kept
+    first, second = (
+        Usd.Stage.Open(str(path)).Flatten(addSourceFileComment=False) for path in (whole, parts)
+    )
+    assert first.ExportToString() == second.ExportToString()
+    assert validate(parts) == validate(whole)
 
 
 @pytest.mark.parametrize("kind", [RuntimeError, KeyboardInterrupt])
