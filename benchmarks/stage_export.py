@@ -70,10 +70,14 @@ class _Memory:
         self._thread.start()
 
     def _watch(self) -> None:
+        self._look()
         while not self._done.wait(0.05):
-            lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-            anonymous = next(line for line in lines if line.startswith("RssAnon"))
-            self.most = max(self.most, int(anonymous.split()[1]))
+            self._look()
+
+    def _look(self) -> None:
+        lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+        anonymous = next(line for line in lines if line.startswith("RssAnon"))
+        self.most = max(self.most, int(anonymous.split()[1]))
 
     def stop(self) -> None:
         """Watch no more."""

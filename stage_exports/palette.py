@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 
-GROUND = (0.46, 0.48, 0.50)
-GROUND_DARK = (0.30, 0.32, 0.34)
+GROUND = (0.20, 0.22, 0.25)
+GROUND_DARK = (0.13, 0.145, 0.165)
 
 # Slack fibres are ivory; the harder one contracts, the bluer it gets. Ivory and blue both stand out
 # on warm and on neutral bodies, and differ in lightness, so the scale also reads without colour.

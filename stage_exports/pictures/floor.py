@@ -12,11 +12,12 @@ from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.stage_exports import palette
 from warp_softbody.stage_exports.pictures import lighting
 from warp_softbody.stage_exports.pictures.raycast import Caster
+from warp_softbody.stage_exports.pictures.ruler import FloorRuler
 from warp_softbody.stage_exports.pictures.surface import normalized
 from warp_softbody.stage_exports.round_lengths import round_length
 from warp_softbody.world.ground import Plane
 
-BACKDROP = np.array([0.62, 0.66, 0.71])
+BACKDROP = np.array([0.46, 0.51, 0.58])
 
 _TEXELS = 176
 _LINE_SHADE = 0.78
@@ -64,6 +65,7 @@ class Floor:
         self._reach = float(np.linalg.norm(np.ptp(rest, axis=0)))
         self._middle = (rest @ self.axes.T).mean(axis=0)
         self._spacing = grid_spacing(self.size)
+        self.ruler: FloorRuler | None = None
 
     def see(self, eye: FloatArray, directions: FloatArray, pixel: float) -> FloorRays:
         """What rays from the eye meet; `pixel` is a pixel's angle."""
@@ -92,7 +94,7 @@ class Floor:
         return np.asarray(flat @ self.axes + (self.offset + 1e-4 * self.size) * self.normal)
 
     def albedo(self, flat: FloatArray, footprint: FloatArray) -> FloatArray:
-        """(r,) brightness of the grid, antialiased by the ground that a pixel covers."""
+        """(r,) brightness of grid and ruler, antialiased by the ground that a pixel covers."""
         shade = np.ones(len(flat))
         for step, width in _LINES:
             spacing, half = step * self._spacing, width * self.size
@@ -101,6 +103,9 @@ class Floor:
             cover *= np.minimum(1.0, 2.0 * half / footprint)
             cover *= np.clip(spacing / (5.0 * footprint) - 0.2, 0.0, 1.0)
             shade *= np.prod(1.0 - (1.0 - _LINE_SHADE) * cover, axis=1)
+        if self.ruler is not None:
+            cover, bright = self.ruler.shade(flat, footprint)
+            shade += cover * (bright - shade)
         return shade
 
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.pictures.albedo import Albedo
-from warp_softbody.stage_exports.pictures.floor import BACKDROP, FloorLight, FloorRays
+from warp_softbody.stage_exports.pictures.floor import BACKDROP, Floor, FloorLight, FloorRays
 from warp_softbody.stage_exports.pictures.skin import LitBody
 from warp_softbody.stage_exports.pictures.subject import Pose, Subject
 from warp_softbody.stage_exports.pictures.surface import CornerNormals, normalized
@@ -29,26 +29,26 @@ class Renderer:
     def __init__(self, subject: Subject, camera: Camera, size: tuple[int, int]) -> None:
         """Prepare what all frames share."""
         self._subject = subject
-        self._width, self._height = size
+        self.width, self.height = size
         self._normals = CornerNormals(subject.rest, subject.faces)
         self._albedo = Albedo(subject.colors, subject.face_bodies, subject.skins)
-        self._floor = None
+        self.floor: Floor | None = None
         if subject.ground is not None:
-            self._floor = make_floor(subject.ground, subject.rest, subject.size)
-        self._rows, self._columns = np.divmod(np.arange(self._width * self._height), self._width)
+            self.floor = make_floor(subject.ground, subject.rest, subject.size)
+        self._rows, self._columns = np.divmod(np.arange(self.width * self.height), self.width)
         self.look(camera)
 
     def look(self, camera: Camera) -> None:
         """Draw through this camera from now on; poses that share one see the floor once."""
         self._camera = camera
-        self._pixel = 2.0 * np.tan(np.radians(camera.vertical_field) / 2.0) / self._height
+        self._pixel = 2.0 * np.tan(np.radians(camera.vertical_field) / 2.0) / self.height
         self._directions = self._through(self._rows, self._columns)
         self._rays = self._see_floor(self._directions)
 
     def draw(self, pose: Pose, *, background: FloatArray = BACKDROP) -> Image:
         """(height, width, 3) picture in sRGB, 8 bits a channel, before a linear RGB."""
         body = LitBody(self._subject, self._albedo, self._normals, pose)
-        light = None if self._floor is None else FloorLight(self._floor, body.caster, pose.skin)
+        light = None if self.floor is None else FloorLight(self.floor, body.caster, pose.skin)
         color = _floor_colors(light, self._rays, len(self._directions), background)
         near = self._around(pose)
         limit = np.inf if self._rays is None else self._rays.distance[near]
@@ -58,9 +58,9 @@ class Renderer:
         )
         color[near] = part
         image = tone(color)
-        edges = np.flatnonzero(_edges(image.reshape(self._height, self._width, 3)))
+        edges = np.flatnonzero(_edges(image.reshape(self.height, self.width, 3)))
         image[edges] = self._fine(body, light, edges, background)
-        return (image * 255.0 + 0.5).astype(np.uint8).reshape(self._height, self._width, 3)
+        return (image * 255.0 + 0.5).astype(np.uint8).reshape(self.height, self.width, 3)
 
     def _fine(
         self,
@@ -86,24 +86,32 @@ class Renderer:
     ) -> FloatArray:
         """Unit vectors from the eye through pixels, fractions of pixels included."""
         right, up = self._camera.axes
-        across = (columns + 0.5 - self._width / 2.0)[:, None] * self._pixel
-        above = (self._height / 2.0 - rows - 0.5)[:, None] * self._pixel
+        across = (columns + 0.5 - self.width / 2.0)[:, None] * self._pixel
+        above = (self.height / 2.0 - rows - 0.5)[:, None] * self._pixel
         return normalized(self._camera.forward + across * right + above * up)
 
     def _see_floor(self, directions: FloatArray) -> FloorRays | None:
-        if self._floor is None:
+        if self.floor is None:
             return None
-        return self._floor.see(self._camera.eye, directions, self._pixel)
+        return self.floor.see(self._camera.eye, directions, self._pixel)
+
+    def places(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(k, 2) columns and rows at which points (k, 3) m are seen, and their depths (k,) m."""
+        right, up = self._camera.axes
+        away = points - self._camera.eye
+        depth = away @ self._camera.forward
+        ahead = np.where(depth > 0.0, depth, np.nan)
+        columns = away @ right / ahead / self._pixel + self.width / 2.0
+        rows = self.height / 2.0 - away @ up / ahead / self._pixel
+        return np.stack([columns, rows], axis=1), depth
 
     def _around(self, pose: Pose) -> npt.NDArray[np.intp]:
         """Pixels of the rectangle around the bodies; all of them if one reaches behind the eye."""
-        right, up = self._camera.axes
-        away = np.concatenate([pose.skin, pose.segments.reshape(-1, 3)]) - self._camera.eye
-        depth = away @ self._camera.forward
+        shown = np.concatenate([pose.skin, pose.segments.reshape(-1, 3)])
+        places, depth = self.places(shown)
+        columns, rows = places.T
         if depth.min() <= 1e-3 * self._subject.size:
             return np.arange(len(self._directions))
-        columns = away @ right / depth / self._pixel + self._width / 2.0
-        rows = self._height / 2.0 - away @ up / depth / self._pixel
         inside = (self._columns >= columns.min() - _BORDER) & (
             self._columns <= columns.max() + _BORDER
         )

@@ -14,13 +14,17 @@ from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.conventions import checked_target
-from warp_softbody.stage_exports.pictures.captions import captioned
+from warp_softbody.stage_exports.pictures.captions import captioned, measured, tick_step
+from warp_softbody.stage_exports.pictures.floor import Floor
 from warp_softbody.stage_exports.pictures.picture import Size, checked_size, save_png
 from warp_softbody.stage_exports.pictures.render import Image, Renderer
+from warp_softbody.stage_exports.pictures.ruler import FloorRuler
 from warp_softbody.stage_exports.pictures.subject import Pose, Subject
 from warp_softbody.stage_exports.usd.reader import Take, read_takes
 
 _GAP = 4
+_AIR, _ROD_AIR = 1.1, 0.15
+"""How far a picture reaches beyond the bodies, and how much farther with a rod beside them."""
 
 
 def draw_take(
@@ -32,6 +36,7 @@ def draw_take(
     size: Size = (360, 300),
     follow: bool = True,
     captions: bool = True,
+    ruler: bool = True,
 ) -> Path:
     """Draw frames of a take at even intervals from first to last, row by row.
 
@@ -46,6 +51,8 @@ def draw_take(
             all frames share one camera, which sees the whole motion.
         captions: whether each frame tells its time and how far the bodies have come along the
             ground.
+        ruler: whether a measuring rod lies on the ground along the way of the first body, with
+            lengths in m from where its middle starts, if it goes anywhere.
 
     Returns:
         The path of the picture.
@@ -56,14 +63,14 @@ def draw_take(
     size = checked_size(size)
     checks.truth("follow of draw_take", follow)
     checks.truth("captions of draw_take", captions)
+    checks.truth("ruler of draw_take", ruler)
     shown = _takes(take)
     chosen = np.unique(np.linspace(0, len(shown[0]) - 1, count).round().astype(int)).tolist()
-    cameras = _cameras(shown, chosen, size[0] / size[1], follow=follow)
+    cameras = _cameras(shown, chosen, size[0] / size[1], follow=follow, air=_AIR + ruler * _ROD_AIR)
     renderer = Renderer(Subject.of_takes(shown), cameras[0], size)
-    images = []
-    for index, camera in zip(chosen, cameras, strict=True):
-        renderer.look(camera)
-        images.append(renderer.draw(Pose.of_takes(shown, index)))
+    if ruler and renderer.floor is not None:
+        renderer.floor.ruler = _ruler(shown, chosen, renderer.floor, cameras[0])
+    images = _drawn(renderer, shown, chosen, cameras)
     if captions:
         words = [told(shown, index) for index in chosen]
         images = [captioned(image, *own) for image, own in zip(images, words, strict=True)]
@@ -71,8 +78,24 @@ def draw_take(
     return target
 
 
+def _drawn(
+    renderer: Renderer, takes: Sequence[Take], chosen: Sequence[int], cameras: Sequence[Camera]
+) -> list[Image]:
+    """The frames, with the lengths of a ruler at the same bands in all of them."""
+    images, step = [], 1
+    ruled = renderer.floor is not None and renderer.floor.ruler is not None
+    for camera in cameras if ruled else ():
+        renderer.look(camera)
+        step = max(step, tick_step(renderer))
+    for index, camera in zip(chosen, cameras, strict=True):
+        renderer.look(camera)
+        image = renderer.draw(Pose.of_takes(takes, index))
+        images.append(measured(image, renderer, step) if ruled else image)
+    return images
+
+
 def _cameras(
-    takes: Sequence[Take], chosen: Sequence[int], aspect: float, *, follow: bool
+    takes: Sequence[Take], chosen: Sequence[int], aspect: float, *, follow: bool, air: float
 ) -> list[Camera]:
     """One a frame."""
     if not follow:
@@ -80,10 +103,21 @@ def _cameras(
     boxes = [_box(takes, index) for index in chosen]
     aims = [(low + high) / 2.0 for low, high in boxes]
     away = max(
-        Camera.distance(*box, aim=aim, aspect=aspect, margin=1.1)
+        Camera.distance(*box, aim=aim, aspect=aspect, margin=air)
         for box, aim in zip(boxes, aims, strict=True)
     )
     return [Camera.looking(aim, away) for aim in aims]
+
+
+def _ruler(
+    takes: Sequence[Take], chosen: Sequence[int], floor: Floor, camera: Camera
+) -> FloorRuler | None:
+    """A rod between the bodies' way and the camera."""
+    first = takes[0]
+    way = np.stack([first.tet_points[index].mean(axis=0) for index in (0, *chosen)])
+    points = [take.skin_points[index] @ floor.axes.T for take in takes for index in chosen]
+    towards = -camera.forward @ floor.axes.T
+    return FloorRuler.beside(way @ floor.axes.T, np.concatenate(points), towards, floor.size)
 
 
 def _box(takes: Sequence[Take], index: int) -> tuple[FloatArray, FloatArray]:

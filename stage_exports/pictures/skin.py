@@ -21,7 +21,7 @@ from warp_softbody.stage_exports.pictures.surface import (
 from warp_softbody.stage_exports.pictures.terrain import bounce_plane
 
 # Parts of a body's diagonal: half a fibre's width, and how deep one sees into the flesh.
-_TUBE_RADIUS = 0.0065
+_TUBE_RADIUS = 0.0085
 _CLEARNESS = 0.15
 
 

@@ -18,7 +18,7 @@ from warp_softbody.stage_exports.usd.skin_looks import define_look
 from warp_softbody.world.frame import GROUND
 
 # Drawn widths, as parts of the diagonal of the body's box.
-_FIBER_WIDTH = 0.010
+_FIBER_WIDTH = 0.014
 _CONTACT_WIDTH = 0.018
 
 
