@@ -39,11 +39,14 @@ def carried_axes(view: BodyView) -> FloatArray:
     They are the columns of the matrix that takes the rest shape nearest to the present one, nodes
     weighted by their masses.
     """
-    mesh = view.scene.character.mesh
-    count = len(mesh.points)
-    nearest = _nearest_map(mesh, view.masses[:count].tobytes())
-    axes: FloatArray = nearest @ view.positions[:count]
+    axes: FloatArray = nearest_map(view) @ view.positions[: len(view.scene.character.mesh.points)]
     return axes
+
+
+def nearest_map(view: BodyView) -> FloatArray:
+    """What takes the character's positions (own, 3) to the axes that it carries, (3, own)."""
+    mesh = view.scene.character.mesh
+    return _nearest_map(mesh, view.masses[: len(mesh.points)].tobytes())
 
 
 @lru_cache(maxsize=8)

@@ -95,7 +95,7 @@ def measure(view: BodyView, ground: Ground, parts: Sequence[IntArray]) -> NearSu
 
     Parts that have nodes in common share what these bore by their areas around them.
     """
-    known = _surface_parts(view.scene.character.mesh, tuple(part.tobytes() for part in parts))
+    known = surface_parts(view.scene.character.mesh, tuple(part.tobytes() for part in parts))
     nodes = known.nodes
     gaps, normals = ground.measure(view.positions[nodes])
     crosses = _crosses(view.positions, known.faces)
@@ -153,7 +153,7 @@ def shares_of(view: BodyView, near: NearSurface) -> Shares:
 
 def rest_areas(mesh: TetMesh, nodes: bytes) -> FloatArray:
     """Areas (k,) m^2 of the rest surface around nodes, int32."""
-    known = _surface_parts(mesh, (nodes,))
+    known = surface_parts(mesh, (nodes,))
     areas: FloatArray = known.gather @ np.linalg.norm(_crosses(mesh.points, known.faces), axis=1)
     return areas
 
@@ -164,7 +164,7 @@ def _crosses(positions: FloatArray, faces: IntArray) -> FloatArray:
     return cross_rows(b - a, c - a)
 
 
-class _SurfaceParts(NamedTuple):
+class SurfaceParts(NamedTuple):
     """Nodes, where parts begin, and parts (`NearSurface`), faces (f, 3) and who has which (k, f).
 
     Each corner of a face takes a sixth of the cross product, which is a third of the area.
@@ -178,12 +178,13 @@ class _SurfaceParts(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _surface_parts(mesh: TetMesh, parts: tuple[bytes, ...]) -> _SurfaceParts:
+def surface_parts(mesh: TetMesh, parts: tuple[bytes, ...]) -> SurfaceParts:
+    """What is known of parts of a surface, each given by its nodes, int32."""
     nodes = [np.frombuffer(part, np.int32) for part in parts]
     found = [_faces_of(mesh, own) for own in nodes]
     counts = np.array([len(own) for own in nodes])
     gather = sp.csr_array(sp.block_diag([gather for _, gather in found], format="csr"))
-    return _SurfaceParts(
+    return SurfaceParts(
         np.concatenate(nodes),
         np.cumsum(counts) - counts,
         np.repeat(np.arange(len(counts)), counts),

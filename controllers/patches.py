@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
-import scipy.sparse as sp
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DIRECTIONS, factors_at
-from warp_softbody.body.mesh import TetMesh
 from warp_softbody.controllers.body_units import BodyUnits
+from warp_softbody.controllers.carried_directions import carrier_of
+from warp_softbody.controllers.compiled.contact_patches import PatchNumbers
 from warp_softbody.controllers.contact_frames import SLIDING, carried_axes, moving_frames
 from warp_softbody.controllers.contact_quadrature import NearSurface, measure, shares_of
+from warp_softbody.controllers.native_patches import native_patches
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import Value, unchecked
@@ -91,19 +91,29 @@ def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...
     for name, own in zip(regions, nodes, strict=True):
         if not len(own):
             raise InputError(f"patch region {name!r} holds no nodes")
-    return patches_of(view, ground, measure(view, ground, nodes)) if nodes else ()
+    if not nodes:
+        return ()
+    if view.workroom is None or len(view.impulses) != view.node_count:
+        return patches_of(view, ground, measure(view, ground, nodes))
+    return _made(ground, native_patches(view, ground, regions, nodes, view.workroom))
 
 
 def patches_of(view: BodyView, ground: Ground, near: NearSurface) -> tuple[Patch, ...]:
     """One patch for each part of the surface."""
     shares = shares_of(view, near)
     frames = _frames(view, near, shares.nodes)
-    factors = _force_factors(view, near, shares.nodes, frames)
-    count = len(near.begins)
-    weights = np.zeros((count, view.node_count))
+    weights = np.zeros((len(near.begins), view.node_count))
     weights[near.parts, near.nodes] = shares.nodes
     touching = np.logical_or.reduceat(view.touching[near.nodes], near.begins)
-    gaps, areas = shares.gaps.tolist(), shares.areas.tolist()
+    factors = _force_factors(view, near, shares.nodes, frames)
+    found = (weights, shares.gaps, shares.areas, frames, factors, touching.tolist())
+    return _made(ground, PatchNumbers(*found))
+
+
+def _made(ground: Ground, found: PatchNumbers) -> tuple[Patch, ...]:
+    """Patches with these numbers."""
+    weights, frames, factors = found.weights, found.frames, found.factors
+    touching, gaps, areas = found.touching, found.gaps.tolist(), found.areas.tolist()
     made = [
         unchecked(
             Patch,
@@ -117,10 +127,10 @@ def patches_of(view: BodyView, ground: Ground, near: NearSurface) -> tuple[Patch
             part=None,
             slips=False,
         )
-        for i in range(count)
+        for i in range(len(gaps))
     ]
     # a ground that is not ours, or a body far away
-    odd = not (np.isfinite(shares.gaps).all() and 0.0 <= ground.friction < math.inf)
+    odd = not (all(map(math.isfinite, gaps)) and 0.0 <= ground.friction < math.inf)
     return tuple(replace(patch) for patch in made) if odd else tuple(made)
 
 
@@ -148,30 +158,9 @@ def _force_factors(
     if not character.directional_friction:
         return np.ones((len(frames), DIRECTIONS))
     by_node, nodes = character.node_friction, near.nodes
-    carrier = _carrier(character.mesh, by_node.forward.tobytes())
+    carrier = carrier_of(character.mesh, by_node.forward.tobytes())
     carried = (carrier @ view.positions[: carrier.shape[1]])[nodes]
     ahead = (near.of_nodes(frames[:, 1:]) @ carried[:, :, None])[:, :, 0]
     forward = np.arctan2(ahead[:, 1], ahead[:, 0])
     factors = factors_at(by_node.factors[nodes], FORCE_ANGLES - forward[:, None])
     return near.sums(factors * shares[:, None])
-
-
-@lru_cache(maxsize=8)
-def _carrier(mesh: TetMesh, directions: bytes) -> sp.csr_array:
-    """Matrix (n, n) that takes positions to the directions (n, 3) that each node carries.
-
-    They are turned with the mean deformation gradient of the tets around a node, which is linear
-    in the positions.
-    """
-    forward = np.frombuffer(directions).reshape(-1, 3)
-    corners = mesh.points[mesh.tets]
-    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1])
-    nodes = mesh.tets.ravel()
-    around = np.bincount(nodes, minlength=len(mesh.points))
-    # One row of four weights on a tet's corners for each of its corners.
-    edges = np.einsum("tci,tij->tcj", forward[mesh.tets], inverse)
-    weights = np.concatenate([-edges.sum(axis=2, keepdims=True), edges], axis=2)
-    weights /= around[mesh.tets][:, :, None]
-    rows, columns = np.repeat(nodes, 4), np.repeat(mesh.tets, 4, axis=0).ravel()
-    size = (len(mesh.points), len(mesh.points))
-    return sp.csr_array((weights.ravel(), (rows, columns)), shape=size)

@@ -39,6 +39,16 @@ class PerturbationSchedule:
             return self._without
         return self._not_held if self._left > 0 else self.kicked
 
+    def retry(self, result: QPCCResult) -> SolverOptions | None:
+        """The options of another solve of the step, where it was taken for calm and is not.
+
+        One that begins at modes without a point may end far above the step before it.
+        """
+        if not self._calm or (result.status.usable and result.objective < self._calm_objective):
+            return None
+        self._calm = False
+        return self.kicked
+
     def note(self, start: tuple[int, ...] | None, result: QPCCResult, usable: bool) -> bool:
         """Learn from a solve that began at ``start``; whether it went without kicks."""
         was_calm, held = self._calm, start is not None and result.modes == start

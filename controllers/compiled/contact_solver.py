@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,12 +41,52 @@ GIVEN = ("gradient", "lower", "upper", "squares", "diagonal", "friction", "facto
 """Arrays of a problem that are handed over under their own names."""
 
 
+class StepTerms(NamedTuple):
+    """What the problem of a step is made of (``build_qpcc``), for q rows and K patches.
+
+    Attributes:
+        muscle_map: (q + 3K, nu), change of J v+ per metre of l_d.
+        compliance: (q + 3K, q + 3K), of the rows.
+        step_velocity: (q + 3K,), J v+ without muscles and contact.
+        lengths, reaches, rest_lengths: (nu,) m, of the segments.
+        activations: (nu,), of the step before.
+        targets: (q,), of the objectives' rows.
+        goal_weights: (q,), of their squares.
+        gaps: (K,) m/s, distances of the patches from the ground over the time step.
+        costs: of effort and of change, second derivatives for each segment.
+        friction: (K,).
+        factors: (K, m), on the friction by direction.
+        directions: (m, 2), unit vectors.
+        resting: segments that may not contract.
+    """
+
+    muscle_map: FloatArray
+    compliance: FloatArray
+    step_velocity: FloatArray
+    lengths: FloatArray
+    reaches: FloatArray
+    rest_lengths: FloatArray
+    activations: FloatArray
+    targets: FloatArray
+    goal_weights: FloatArray
+    gaps: FloatArray
+    costs: tuple[float, float]
+    friction: FloatArray
+    factors: FloatArray
+    directions: FloatArray
+    resting: tuple[int, ...]
+
+
+STEP_ARRAYS = StepTerms._fields[:-1]
+"""Arrays of a step that are handed over under their own names, before ``resting``."""
+
+
 class CompiledSearch:
     """``solve_qpcc`` of one step after another, native where a problem allows it."""
 
     def __init__(self) -> None:
         """No arrays yet."""
-        self._rooms: dict[SearchSizes, _Room] = {}
+        self._rooms: dict[tuple[int, int, int, int], _Room] = {}
 
     def solve(
         self,
@@ -58,8 +99,9 @@ class CompiledSearch:
     ) -> QPCCResult:
         """The result of ``solve_qpcc`` for the same arguments, to rounding."""
         found = None
-        if _is_plain(problem, start, options):
-            found = self._room(problem).solve(problem, start, touching, options)
+        plain = len(problem.squares) > 0 and diagonal_is_clear(problem)
+        if plain and _is_warm(start, options, problem.contact_count, len(problem.directions)):
+            found = self._room_of(problem).solve(problem, start, touching, options)
         if found is not None:
             return found
         return solve_qpcc(
@@ -70,34 +112,53 @@ class CompiledSearch:
             options=options,
         )
 
-    def _room(self, problem: ContactQPCC) -> _Room:
-        """Arrays for problems of this one's sizes."""
-        m = len(problem.directions)
-        sizes = SearchSizes(
-            *(problem.control_count, problem.contact_count, m, len(problem.squares)),
-            *(2 + 2 * m, max(m, 3), max(m, 5), MOST_VISITS),
+    def solve_step(
+        self,
+        step: StepTerms,
+        *,
+        start: tuple[int, ...] | None,
+        touching: BoolArray,
+        options: SolverOptions,
+    ) -> QPCCResult | None:
+        """The result of a step's problem, to rounding, without making that in NumPy.
+
+        None where ``solve_qpcc`` has to be asked.
+        """
+        controls, rows, contacts = len(step.lengths), len(step.targets), len(step.friction)
+        if not rows or not _is_warm(start, options, contacts, len(step.directions)):
+            return None
+        room = self._room(controls, contacts, len(step.directions), rows)
+        return room.solve_step(step, start, touching, options)
+
+    def _room_of(self, problem: ContactQPCC) -> _Room:
+        return self._room(
+            *(problem.control_count, problem.contact_count),
+            *(len(problem.directions), len(problem.squares)),
         )
-        room = self._rooms.get(sizes)
+
+    def _room(self, controls: int, contacts: int, directions: int, rows: int) -> _Room:
+        """Arrays for problems of such sizes."""
+        key = (controls, contacts, directions, rows)
+        room = self._rooms.get(key)
         if room is None:
             if len(self._rooms) >= MOST_SIZES:
                 self._rooms.clear()
-            room = self._rooms[sizes] = _Room(sizes)
+            m = directions
+            sizes = SearchSizes(*key, 2 + 2 * m, max(m, 3), max(m, 5), MOST_VISITS)
+            room = self._rooms[key] = _Room(sizes)
         return room
 
 
-def _is_plain(problem: ContactQPCC, start: tuple[int, ...] | None, options: SolverOptions) -> bool:
-    """Whether the native code knows such problems: squares, finite ranges, no clock."""
-    cold = start is None and options.starts
-    modes = 2 + 2 * len(problem.directions)
-    known = start is None or (
-        len(start) == problem.contact_count and all(0 <= mode < modes for mode in start)
-    )
-    return (
-        known
-        and not cold
-        and options.time_limit == math.inf
-        and len(problem.squares) > 0
-        and diagonal_is_clear(problem)
+def _is_warm(
+    start: tuple[int, ...] | None, options: SolverOptions, contacts: int, directions: int
+) -> bool:
+    """Whether the native code knows such solves: from known modes, and by no clock."""
+    if options.time_limit != math.inf:
+        return False
+    if start is None:
+        return not options.starts
+    return len(start) == contacts and (
+        not start or (0 <= min(start) and max(start) < 2 + 2 * directions)
     )
 
 
@@ -108,10 +169,12 @@ class _Room:
     """
 
     def __init__(self, sizes: SearchSizes) -> None:
+        self._resting: tuple[int, ...] = ()
         numbers = {name: shape(sizes) for name, shape in NUMBERS.items()}
         counts = {name: shape(sizes) for name, shape in COUNTS.items()}
-        self._program = HostProgram(make_contact_search().solve, numbers, counts)
-        self.numbers, self.counts = self._program.numbers, self._program.counts
+        program = HostProgram(numbers, counts)
+        self._run = program.running(make_contact_search().solve, reads=[], writes=[])
+        self.numbers, self.counts = program.numbers, program.counts
         self.counts["settings"][: len(sizes)] = sizes
 
     def solve(
@@ -123,27 +186,58 @@ class _Room:
     ) -> QPCCResult | None:
         """The result, or None where the problem is left to the NumPy form."""
         begun = time.perf_counter()
-        numbers, counts = self.numbers, self.counts
+        numbers = self.numbers
         for name in GIVEN:
             numbers[name][...] = getattr(problem, name)
         numbers["offset"][...] = problem.velocity_offset
         numbers["by_controls"][...] = problem.velocity_from_controls
         numbers["by_forces"][...] = problem.velocity_from_forces
-        numbers["scalars"][...] = problem.constant, options.reach
+        numbers["scalars"][0] = problem.constant
+        return self._search(start, touching, options, begun, assembles=False)
+
+    def solve_step(
+        self,
+        step: StepTerms,
+        start: tuple[int, ...] | None,
+        touching: BoolArray,
+        options: SolverOptions,
+    ) -> QPCCResult | None:
+        """The result of the problem that a step makes, or None as in `solve`."""
+        begun = time.perf_counter()
+        numbers, resting = self.numbers, self.counts["resting"]
+        for name, values in zip(STEP_ARRAYS, step[: len(STEP_ARRAYS)], strict=True):
+            numbers[name][...] = values
+        if step.resting != self._resting:
+            resting[...] = 0
+            resting[list(step.resting)] = 1
+            self._resting = step.resting
+        return self._search(start, touching, options, begun, assembles=True)
+
+    def _search(
+        self,
+        start: tuple[int, ...] | None,
+        touching: BoolArray,
+        options: SolverOptions,
+        begun: float,
+        *,
+        assembles: bool,
+    ) -> QPCCResult | None:
+        counts = self.counts
+        self.numbers["scalars"][1] = options.reach
         counts["settings"][SearchSetting.HAS_START :] = (
             *(start is not None, min(options.max_qps, 10**6), options.kicks, options.patience),
-            options.kick_held,
+            *(options.kick_held, assembles),
         )
         if start is not None:
             counts["start"][...] = start
         counts["still_modes"][...] = np.where(touching, STICK, LIFT)
-        self._program.run()
+        self._run()
         if counts["findings"][SearchFinding.STATUS] != SearchOutcome.FOUND:
             counts["at_bound"][...] = 0
             return None
-        return self._result(problem, options, begun)
+        return self._result(options, begun)
 
-    def _result(self, problem: ContactQPCC, options: SolverOptions, begun: float) -> QPCCResult:
+    def _result(self, options: SolverOptions, begun: float) -> QPCCResult:
         numbers = self.numbers
         findings = self.counts["findings"].tolist()
         results: list[float] = numbers["results"].tolist()

@@ -1,8 +1,9 @@
 """A warm solve of a step's contact QPCC as one kernel of native code, for processors.
 
-It does what ``solve_qpcc`` with a start does, from the problem's arrays to the result's, in double
-precision and one thread, with no Python between: the choice of modes is eliminated, its QP solved
-and its neighbours judged some tens of times faster. What is out of the ordinary (contacts that are
+It does what ``solve_qpcc`` with a start does, from the problem's arrays to the result's, or from
+the step's maps that ``build_qpcc`` makes the problem of, in double precision and one thread, with
+no Python between: the choice of modes is eliminated, its QP solved and its neighbours judged some
+tens of times faster. What is out of the ordinary (contacts that are
 redundant and agree, no point at all) it leaves to the NumPy form, which is the reference.
 """
 
@@ -21,6 +22,7 @@ from warp_softbody.kernels.control.mode_visits import VISITS
 from warp_softbody.kernels.control.problem_scaling import SCALING
 from warp_softbody.kernels.control.redundant_contacts import REDUNDANCE
 from warp_softbody.kernels.control.search_layout import COUNTS, NUMBERS, SearchFinding, SearchSizes
+from warp_softbody.kernels.control.step_assembly import ASSEMBLY
 from warp_softbody.kernels.precision import real
 
 SUBJECT = "contact_search"
@@ -44,6 +46,8 @@ LIMITS = {
     "ROUNDING": "1e-13",
     "WORTH": "0.5",
     "AT_BOUND": "1e-9",
+    "CLEAR": "1e-9",
+    "SHORTEST": "0.5",
 }
 """Constants of the native code; those of the NumPy form have its names."""
 
@@ -75,7 +79,7 @@ SCALARS = """
     double constant, reach, speed, impulse, value_scale, base_value, dual_residual;
     double objective, complementarity, feasibility, kkt;
     int p, count, size, rounds, qps, visits, failed;
-    int c, w, wide, has_start, most_qps, kicks, patience, kick_held;
+    int c, w, wide, has_start, most_qps, kicks, patience, kick_held, assembles;
 """
 
 RUN = """
@@ -88,6 +92,9 @@ RUN = """
         kicks = given[2];
         patience = given[3];
         kick_held = given[4];
+        assembles = given[5];
+        findings[STATUS] = 1;
+        if (assembles && !assemble()) return;
         constant = scalars[0];
         reach = scalars[1];
         qps = visits = failed = 0;
@@ -114,7 +121,7 @@ def _program() -> str:
     sizes = "".join(f"    int {name};\n" for name in SearchSizes._fields)
     arrays = "".join(f"    double* {name};\n" for name in NUMBERS)
     arrays += "".join(f"    int* {name};\n" for name in COUNTS)
-    members = [TOOLS, CONES, SCALING, ELIMINATION, REDUNDANCE, KKT, ACTIVE_SET, VISITS]
+    members = [TOOLS, ASSEMBLY, CONES, SCALING, ELIMINATION, REDUNDANCE, KKT, ACTIVE_SET, VISITS]
     members += [SEARCH, POINT, RUN]
     constants = "".join(
         f"    constexpr double {name} = {value};\n" for name, value in LIMITS.items()

@@ -51,6 +51,8 @@ class SearchSetting(IntEnum):
     KICKS = HAS_START + 2
     PATIENCE = HAS_START + 3
     KICK_HELD = HAS_START + 4
+    ASSEMBLES = HAS_START + 5
+    """Whether the problem is made out of a step's maps first."""
 
 
 class SearchFinding(IntEnum):
@@ -87,6 +89,18 @@ NUMBERS: dict[str, Shape] = {
     "factors": lambda a: (a.K, a.m),
     "directions": lambda a: (a.m, 2),
     "scalars": lambda a: (2,),
+    # of the step that the problem is made for
+    "muscle_map": lambda a: (a.q + a.c, a.nu),
+    "compliance": lambda a: (a.q + a.c, a.q + a.c),
+    "step_velocity": lambda a: (a.q + a.c,),
+    "lengths": lambda a: (a.nu,),
+    "reaches": lambda a: (a.nu,),
+    "rest_lengths": lambda a: (a.nu,),
+    "activations": lambda a: (a.nu,),
+    "targets": lambda a: (a.q,),
+    "goal_weights": lambda a: (a.q,),
+    "gaps": lambda a: (a.K,),
+    "costs": lambda a: (2,),
     # of the modes; kept while friction and directions stay as they are
     "radius": lambda a: (a.K, a.m),
     "known_directions": lambda a: (a.m, 2),
@@ -151,6 +165,7 @@ NUMBERS: dict[str, Shape] = {
 COUNTS: dict[str, Shape] = {
     "settings": lambda a: (len(SearchSizes._fields) + len(SearchSetting),),
     "findings": lambda a: (len(SearchFinding),),
+    "resting": lambda a: (a.nu,),
     "start": lambda a: (a.K,),
     "still_modes": lambda a: (a.K,),
     "dimensions": lambda a: (a.K, a.M),

@@ -8,46 +8,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.support.blocks import SIZE, block, seen
+from tests.support.blocks import SIZE, bent, block, dunes, pressed, seen
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.controllers.contact_quadrature import LOADED, REACH, measure, shares_of
 from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.world.ground import Ground, Plane
-from warp_softbody.world.height_field import HeightField
 from warp_softbody.world.view import BodyView
 
 QUARTERS = ("left", "right")
 LEVELS = 3
-
-
-def bent(points: FloatArray, tilt: float = 0.03) -> FloatArray:
-    """The block, tilted, twisted and bulging below: all smooth in the rest place."""
-    x, y, z = (points - [0.5 * SIZE[0], 0.5 * SIZE[1], 0.0]).T
-    twist = 0.8 * x + 0.5 * y
-    flat = np.column_stack([x - twist * y, y + twist * x, z + 0.2 * x**2 + 0.1 * x * y])
-    return np.asarray(Rotation.from_rotvec([0.4 * tilt, -tilt, 0.5]).apply(flat))
-
-
-def dunes() -> HeightField:
-    """Finer than any of the meshes, so that it is smooth to them."""
-    x, y = np.meshgrid(*2 * (np.arange(-240, 241) * 0.0025,), indexing="ij")
-    heights = 0.01 * np.sin(9.0 * x) * np.cos(7.0 * y)
-    return HeightField(heights=heights, spacing=(0.0025, 0.0025), origin=(-0.6, -0.6))
-
-
-def pressed(character: Character, positions: FloatArray, ground: Ground) -> BodyView:
-    """The foot bears a pressure that is smooth in the rest place, up to half the weight in all."""
-    view = seen(character, positions, ground)
-    foot = character.region("foot")
-    near = measure(view, ground, [foot])
-    x, y, _ = character.mesh.points[foot].T
-    pressure = (1.0 + 2.0 * x / SIZE[0]) * (1.5 - y / SIZE[1]) / (SIZE[0] * SIZE[1])
-    impulses = np.zeros((len(positions), 3))
-    share = 0.25 * view.weight * view.time_step * pressure * near.areas
-    impulses[foot] = share[:, None] * near.normals
-    return replace(view, impulses=impulses)
 
 
 def numbers(patches: tuple[Patch, ...], view: BodyView) -> dict[str, FloatArray]:

@@ -15,16 +15,12 @@ from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.control_options import Method
-from warp_softbody.controllers.control_solver import (
-    SHORTEST,
-    ControlSolver,
-    activation_bounds,
-    build_qpcc,
-)
+from warp_softbody.controllers.control_solver import ControlSolver
 from warp_softbody.controllers.controller import ActivationCost, Goals
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 from warp_softbody.controllers.qpcc.result import QPCCStatus
+from warp_softbody.controllers.step_problem import SHORTEST, activation_bounds, build_qpcc
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.engine.reduced_dynamics import Bridge
 from warp_softbody.errors import InputError

@@ -48,6 +48,17 @@ def test_a_calm_step_is_followed_by_one_without_kicks() -> None:
     assert rule.options() == KICKED
 
 
+def test_a_step_taken_for_calm_that_is_not_is_solved_again_with_kicks() -> None:
+    rule = PerturbationSchedule(OPTIONS)
+    assert rule.retry(result(2.0 * CALM)) is None
+    rule.note(MODES, result(0.5 * CALM), usable=True)
+    assert rule.options() == QUIET
+    assert rule.retry(result(0.5 * CALM)) is None
+    assert rule.retry(result(2.0 * CALM)) == KICKED
+    assert rule.retry(result(2.0 * CALM)) is None
+    assert not rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)
+
+
 def test_without_kicks_at_held_modes_others_are_kicked_all_the_same() -> None:
     calls = {True: 0, False: 0}
     for seed in range(6):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,12 +107,33 @@ class BlockSolver:
         """Rows of J that there is room for."""
         return self._blocks * BLOCK
 
+    @property
+    def room(self) -> Mapping[str, Any]:
+        """All arrays by name, of as many blocks as there is room for; others once there is more.
+
+        ``j`` takes the rows, ``x`` has the responses, ``response`` J v+ and ``maps`` that of
+        muscles.
+        """
+        return self._room
+
+    def reserve(self, count: int) -> None:
+        """Make room for a number of rows."""
+        if count > self.row_capacity:
+            self._allocate(-(-count // BLOCK))
+
     def solve(self, rows: FloatArray) -> tuple[int, BlockSolution]:
         """Run the block iteration on rows of J; its iterations, and what it found."""
-        model = self._stepper.model
         if len(rows) != self._last_rows:
             self._use(len(rows))
         self._views.write(self._work["j"], self._to_blocks(rows))
+        iterations = self.iterate(len(rows))
+        return iterations, self._solution(len(rows))
+
+    def iterate(self, count: int) -> int:
+        """Run the iteration on rows that stand in the blocks; how many it took."""
+        if count != self._last_rows:
+            self._use(count)
+        model = self._stepper.model
         self._renewal.choose()
         blocks = len(self._work["j"])
         if blocks not in self._graphs:
@@ -120,7 +142,7 @@ class BlockSolver:
         self._renewal.done()
         iterations = int(self._views.read(self._counters)[BlockCounter.ITERATIONS])
         self._preconditioner.used(BLOCK_COST * iterations, fresh=BLOCK_COST)
-        return iterations, self._solution(len(rows))
+        return iterations
 
     def _solution(self, count: int) -> BlockSolution:
         """What the iteration left for a number of rows."""

@@ -8,6 +8,7 @@ eliminated).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.engine.block_solver import BlockSolver
 from warp_softbody.engine.free_turn import FreeTurn
+from warp_softbody.engine.native_maps import NativeMaps, StepMaps, native_maps_on
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
@@ -57,6 +59,10 @@ class ControlProblem(Value):
     converged: bool
 
 
+Maps = ControlProblem | StepMaps
+"""One step's linear maps, with or without the rows that they belong to."""
+
+
 class ReducedDynamics:
     """Solves M~ W = J^T for the controller, in blocks of 16 rows, starting from the last W."""
 
@@ -88,6 +94,8 @@ class ReducedDynamics:
         self._stepper = stepper
         self._views = HostViews()
         self._blocks = BlockSolver(stepper, row_capacity, tolerance, self._most_iterations)
+        on = native_maps_on(stepper.model)
+        self._native = NativeMaps(stepper, self._blocks, self._most_iterations) if on else None
 
     @property
     def native_code(self) -> bool:
@@ -159,6 +167,27 @@ class ReducedDynamics:
         matrix = bsr_array((values, topology.column, topology.row_start), blocksize=(3, 3))
         # held nodes do not respond, so that what pulls at them does not count
         return np.asarray(rows @ given - responses @ (matrix @ given))
+
+    @shares_warp
+    def fast_maps(
+        self,
+        rows: Sequence[FloatArray],
+        weights: Sequence[FloatArray],
+        frames: Sequence[FloatArray],
+    ) -> StepMaps | None:
+        """The maps of `solve` to rounding, by native code; None where `solve` has to be asked.
+
+        That is on other devices than the processor, with handles, and where rows are not finite.
+
+        Args:
+            rows: matrices (k, 3n), the first rows of J.
+            weights: of the nodes (n,) of each patch, whose velocity is three more rows.
+            frames: (3, 3), of each patch, the axes of these rows.
+        """
+        if self._native is None or self._stepper.handled is not None:
+            return None
+        self._stepper.follow_plan()
+        return self._native.solve(rows, weights, frames)
 
     def _free_turn(self, rows: FloatArray) -> FreeTurn | None:
         """What the step's balance of spin does to rows; None where it does nothing."""

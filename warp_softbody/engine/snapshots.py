@@ -12,6 +12,7 @@ from warp_softbody.contact_mode import ContactMode
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import Contacts, PairStates, State
+from warp_softbody.inputs.records import unchecked
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.world.frame import GROUND, ContactSample, Frame
 from warp_softbody.world.view import BodyView
@@ -38,6 +39,7 @@ class Snapshots:
         self._names = tuple(part.name for part in model.scene.parts)
         self._bodies = model.scene.node_bodies
         self._views = HostViews()
+        self._workroom: dict[Any, Any] | None = {} if model.options.native_code else None
 
     def view(
         self, state: State, contacts: Contacts, rest_lengths: FloatArray, time: float
@@ -50,7 +52,8 @@ class Snapshots:
             nodes, _, borne, _, _ = self._on_ground(contacts)
             touching[nodes] = True
             impulses[nodes] = borne
-        return BodyView(
+        return unchecked(
+            BodyView,
             scene=model.scene,
             time=time,
             time_step=model.options.time_step,
@@ -60,6 +63,7 @@ class Snapshots:
             touching=touching,
             activations=self._activations(rest_lengths),
             impulses=impulses,
+            workroom=self._workroom,
         )
 
     def frame(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,8 @@ class BodyView(Value):
         activations: (s,) l_d / l_0 of the last step; l / l_0 where a segment was slack.
         impulses: (n, 3) N s, of the ground on each node in the last step; (0, 3) where they are
             not known.
+        workroom: what native code keeps by name for the views of one run; None where controllers
+            are to reckon in NumPy. It is no part of the state: copies and pickles have none.
     """
 
     scene: Scene
@@ -39,6 +42,7 @@ class BodyView(Value):
     touching: npt.NDArray[np.bool_]
     activations: FloatArray
     impulses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    workroom: dict[Any, Any] | None = field(default=None, init=False)
 
     @property
     def node_count(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.contact_problems import repeated, soft_body
-from warp_softbody.controllers import ContactQPCC, SolverOptions, solve_qpcc
+from warp_softbody.controllers import ContactQPCC, SolverOptions, control_solver, solve_qpcc
 from warp_softbody.controllers.compiled import contact_solver
 from warp_softbody.controllers.compiled.contact_solver import CompiledSearch
 from warp_softbody.controllers.qpcc.contact import (
@@ -56,7 +56,8 @@ def steps_of(name: str, count: int, monkeypatch: pytest.MonkeyPatch) -> list[Ask
         asked.append(Asked(problem, arguments, solve_qpcc(problem, **arguments)))
         return asked[-1].result
 
-    monkeypatch.setattr(CompiledSearch, "solve", lambda _, *a, **k: noted(*a, **k))
+    monkeypatch.setattr(CompiledSearch, "solve_step", lambda *_, **__: None)
+    monkeypatch.setattr(control_solver, "solve_qpcc", noted)
     plan = make(name)
     simulation = Simulation(plan.scene, plan.controller, time_step=plan.time_step)
     for _ in range(count):
@@ -147,7 +148,7 @@ def test_cones_are_those_of_the_mode_table(directions: int) -> None:
             touching=np.ones(4, bool),
             options=SolverOptions(kicks=0),
         )
-        room, table = search._room(problem), mode_table(problem)
+        room, table = search._room_of(problem), mode_table(problem)
         np.testing.assert_array_equal(room.counts["valid"], table.valid)
         names = {"basis": "force_basis", "constraints": "velocity_constraints"}
         for name in ("basis", "constraints", "inequalities", "halfspaces", "rays"):
