@@ -37,6 +37,10 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "run": ("base", "atomic_files", "device", "body", "world", "engine", "controllers"),
     "characters": ("base", "atomic_files", "body"),
     "scenes": ("base", "body", "world", "controllers", "characters"),
+    "scene_files": (
+        *("base", "atomic_files", "body", "world", "engine", "controllers", "run"),
+        *("characters", "scenes"),
+    ),
     "stage_exports": ("base", "atomic_files", "body", "world"),
     "accuracy": (
         *("base", "atomic_files", "body", "world", "engine", "controllers.control_options"),

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from warp_softbody import characters, controllers, live, scenes
+    from warp_softbody import characters, controllers, live, scene_files, scenes
     from warp_softbody.body.character import Character
     from warp_softbody.body.directional_friction import DirectionalFriction
     from warp_softbody.body.material import Material
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_MODULES = ("characters", "controllers", "live", "scenes", "stage_exports")
+_MODULES = ("characters", "controllers", "live", "scene_files", "scenes", "stage_exports")
 _NAMES = {
     "Batch": "run.batch",
     "BatchMember": "run.batch_member",
@@ -122,6 +122,7 @@ __all__ = [
     "controllers",
     "live",
     "placed",
+    "scene_files",
     "scenes",
 ]
 

@@ -10,6 +10,7 @@ import numpy as np
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.any_body import feet_of, require_muscles, require_regions
@@ -36,6 +37,7 @@ LYING = 0.5
 """Height over length of a body below which it has no head to hold up."""
 
 
+@remembered
 class Balance:
     """Keeps the head and the centre of mass above the base and the body from turning."""
 

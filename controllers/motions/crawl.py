@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
 from warp_softbody.controllers.motions.body_measures import mean_weights, region_mean
@@ -88,6 +89,7 @@ class CrawlGains:
         checks.instance("CrawlGains.activation", self.activation, ActivationCost)
 
 
+@remembered
 class Crawl:
     """Moves the four corners of a lying body along trajectories that repeat, and its middle.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES
@@ -89,6 +90,7 @@ class ExerciseGains:
         checks.instance("ExerciseGains.activation", self.activation, ActivationCost)
 
 
+@remembered
 class Exercise:
     """Moves the centre of mass along a path from where it is in the first step."""
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
 from warp_softbody.controllers.motions.balance import Balance
@@ -35,6 +36,7 @@ class JumpPhase(Enum):
     LAND = "land"
 
 
+@remembered
 class Jump:
     """Jumps a number of times and keeps its balance before, between and after."""
 

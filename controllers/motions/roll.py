@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import angle_turned, contact_point
@@ -45,6 +46,7 @@ class _Wheel(NamedTuple):
         return cls(height, inertia, float(momentum) / inertia)
 
 
+@remembered
 class Roll:
     """Rolls leg by leg; afterwards passive.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, angle_turned, region_mean
@@ -54,6 +55,7 @@ class SlideGains:
         checks.instance("SlideGains.activation", self.activation, ActivationCost)
 
 
+@remembered
 class Slide:
     """Keeps upright on a base that slides, and leans against what pulls."""
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers import objectives
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.tracking import MissingRate, following
@@ -95,6 +96,7 @@ class WalkGains:
         checks.instance("WalkGains.activation", self.activation, ActivationCost)
 
 
+@remembered
 class Walk:
     """Walks along x, on level ground, for as long as it is asked."""
 

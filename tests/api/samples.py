@@ -11,7 +11,7 @@ import numpy as np
 
 import warp_softbody as wsb
 from tests.support.bodies import box
-from warp_softbody import characters, controllers, live, scenes, stage_exports
+from warp_softbody import characters, controllers, live, scene_files, scenes, stage_exports
 from warp_softbody.controllers.motions.crawl import BELLY_PATCHES, HEAD, TAIL
 from warp_softbody.world.ground import Ground
 from warp_softbody.world.view import BodyView
@@ -86,6 +86,12 @@ def skin_file(folder: Path) -> Path:
     path = folder / "skin.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
     return path
+
+
+def scene_file(folder: Path) -> Path:
+    """A scene that ships, as a file."""
+    scene_files.write(folder / "given.toml", scenes.make("topple-i"))
+    return folder / "given.toml"
 
 
 def contact_problem() -> dict[str, Any]:
@@ -275,6 +281,13 @@ def exports(folder: Path) -> Samples:
         "Movie": (stage_exports.Movie, {"path": folder / "a.gif", "scene": scene()}),
         "read_skin": (stage_exports.read_skin, {"path": stage}),
         "HtmlTake": (live.HtmlTake, {"path": folder / "a.html", "scene": scene()}),
+        "RunOutput": (scene_files.RunOutput, {}),
+        "SceneFile": (scene_files.SceneFile, {"plan": scenes.make("topple-i")}),
+        "read": (scene_files.read, {"path": scene_file(folder)}),
+        "write": (
+            scene_files.write,
+            {"path": folder / "b.toml", "content": scenes.make("topple-i")},
+        ),
         "StageWriter": (
             stage_exports.StageWriter,
             {"path": folder / "a.usdc", "scene": scene()},

@@ -18,7 +18,7 @@ import pytest
 import warp_softbody as wsb
 from tests.api import samples
 from tests.api.wrong_values import EVERY, NOT_FINITE, REFUSED, Awkward, kind_of, label
-from warp_softbody import characters, controllers, live, scenes, stage_exports
+from warp_softbody import characters, controllers, live, scene_files, scenes, stage_exports
 from warp_softbody.errors import SoftBodyError
 
 INFINITE = {("SolverOptions", "time_limit"), ("SolverOptions", "reach"), ("Patch", "area")}
@@ -105,7 +105,7 @@ def test_every_public_name_is_tried(every: samples.Samples) -> None:
     tried = {name.split(".")[0] for name in every}
     public = {
         name
-        for room in (wsb, controllers, stage_exports, live)
+        for room in (wsb, controllers, stage_exports, live, scene_files)
         for name in room.__all__
         if callable(getattr(room, name))
     }

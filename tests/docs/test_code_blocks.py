@@ -86,7 +86,7 @@ def unknown_scene(command: str, rest: list[str]) -> list[str]:
     """A scene that does not exist, or settings that it does not take; capitals stand for any."""
     if command not in ("run", "chart", "tune") or not rest or rest[0].isupper() or "|" in rest[0]:
         return []
-    own = rest[0].endswith(".char")
+    own = rest[0].endswith((".char", ".toml"))
     if not own and rest[0] not in (*scenes.names(), "all"):
         return rest[:1]
     settings = [after for word, after in pairwise(rest) if word == "--set"]

@@ -12,9 +12,11 @@ from warp_softbody import __version__
 from warp_softbody.cli import (
     character_command,
     chart_command,
+    check_command,
     convert_command,
     list_command,
     mesh_command,
+    new_command,
     output,
     picture_command,
     recover_command,
@@ -31,6 +33,8 @@ NOT_FINITE = 3
 COMMANDS = (
     list_command,
     run_command,
+    new_command,
+    check_command,
     view_command,
     recover_command,
     convert_command,

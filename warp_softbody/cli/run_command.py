@@ -12,6 +12,7 @@ from warp_softbody.cli.option_flags import add_option_flags
 from warp_softbody.cli.output import complain, say
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.run_plan import RunPlan, plan_run
+from warp_softbody.cli.scene_file_runs import take_output
 from warp_softbody.cli.tune_command import share
 from warp_softbody.controllers.control_options import METHODS, ControlOptions
 from warp_softbody.engine.options import SimulationOptions
@@ -37,7 +38,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="simulate a scene",
         description="Simulate a scene. `warp-softbody list` shows the scenes and their settings.",
     )
-    parser.add_argument("scene", metavar="NAME", help="name of a scene, such as balance-i")
+    parser.add_argument(
+        "scene",
+        metavar="NAME",
+        help="name of a scene, such as balance-i, or a file of one (.toml) or of a character "
+        "(.char)",
+    )
     _add_files(parser)
     _add_numbers(parser)
     add_option_flags(parser, SimulationOptions, "simulation options", OWN_DEFAULTS)
@@ -60,7 +66,6 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         "--camera",
         metavar="C",
         type=camera,
-        default="follow",
         help="of stage and movie: follow (default) keeps the bodies in the picture, still frames "
         "the start pose, X,Y,Z is the place in m of one that looks at the start pose; where X is "
         "negative, --camera=-X,Y,Z",
@@ -83,9 +88,7 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seconds", metavar="S", type=number(1e-3, 1e5, "s"), help="length (default: the scene's)"
     )
-    parser.add_argument(
-        "--fps", metavar="N", type=number(0.1, 1e4), default=30.0, help="frames a second (30)"
-    )
+    parser.add_argument("--fps", metavar="N", type=number(0.1, 1e4), help="frames a second (30)")
     parser.add_argument(
         "--error", metavar="E", type=share, help="take the stored settings that hold it, as 2%%"
     )
@@ -111,6 +114,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         SoftBodyError: the sentence for the user; a NotFiniteError's frames so far are saved.
     """
+    take_output(args)
     plan = plan_run(args)
     files = _files(args, plan)
     with (

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from warp_softbody.cli.option_flags import given_options
+from warp_softbody.cli.scene_file_runs import scene_file
 from warp_softbody.cli.tuned_options import scene_settings, stored_settings
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.engine.options import SimulationOptions
@@ -59,8 +61,9 @@ def plan_run(args: argparse.Namespace) -> RunPlan:
     from warp_softbody.engine.option_choice import with_choices
     from warp_softbody.world.refined_scene import refined_scene
 
-    tuned = stored_settings(args)
-    plan = scenes.make(args.scene, scene_settings(args, tuned))
+    file = scene_file(args)
+    tuned = stored_settings(args) if file is None else None
+    plan = file.plan if file is not None else scenes.make(args.scene, scene_settings(args, tuned))
     plan = replace(
         plan, scene=refined_scene(plan.scene, tuned.settings.refinements if tuned else 0)
     )
@@ -68,18 +71,20 @@ def plan_run(args: argparse.Namespace) -> RunPlan:
     if seconds <= 0.5 / args.fps:
         raise InputError(f"--seconds {seconds:g} is less than half a frame at --fps {args.fps:g}")
     stored = tuned.settings.chosen(SimulationOptions) if tuned else {}
-    chosen = {"time_step": plan.time_step, **stored, **given_options(args, SimulationOptions)}
+    own = {} if file is None else file.options
+    chosen = {"time_step": plan.time_step, **own, **stored}
+    chosen |= given_options(args, SimulationOptions)
     return RunPlan(
         scene=plan,
         options=with_choices(SimulationOptions(**chosen), plan.scene),
-        control=_control(args, plan, tuned),
+        control=_control(args, plan, tuned, {} if file is None else file.control),
         seconds=seconds,
         tuned=tuned,
     )
 
 
 def _control(
-    args: argparse.Namespace, plan: ScenePlan, tuned: Tuned | None
+    args: argparse.Namespace, plan: ScenePlan, tuned: Tuned | None, own: Mapping[str, Any]
 ) -> ControlOptions | None:
     given = given_options(args, ControlOptions)
     if plan.controller is None and args.controller not in (None, "none"):
@@ -94,4 +99,4 @@ def _control(
         return None
     stored = tuned.settings.chosen(ControlOptions) if tuned else {}
     method = {} if args.controller is None else {"method": args.controller}
-    return ControlOptions(**{**stored, **method, **given})
+    return ControlOptions(**{**own, **stored, **method, **given})

@@ -79,7 +79,7 @@ def load_surface(surface: str | Path | trimesh.Trimesh) -> Surface:
     """
     if isinstance(surface, str | Path):
         source = str(surface)
-        given = _read(Path(surface))
+        given = read_triangles(Path(surface))
     elif not (hasattr(surface, "vertices") and hasattr(surface, "faces")):
         raise InputError(
             f"a surface is a file's path or has vertices and faces, got {type(surface).__name__}"
@@ -102,7 +102,12 @@ def load_surface(surface: str | Path | trimesh.Trimesh) -> Surface:
     )
 
 
-def _read(path: Path) -> Triangles:
+def read_triangles(path: Path) -> Triangles:
+    """Points and triangles of a surface file, as they stand in it.
+
+    Raises:
+        MeshError: the file is missing, of no known format, or cannot be read.
+    """
     if not os.path.isfile(path):
         raise MeshError(f"{path}: there is no such file")
     if path.suffix.lower() not in EXTENSIONS:

@@ -1,0 +1,36 @@
+"""The page on scene files names every key that there is."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from typing import Any
+
+import pytest
+
+from tests.docs.pages import ROOT
+from warp_softbody import HeightField, Material, MotionPath, Plane, Push, TriangleGround
+from warp_softbody.scene_files.bodies import FRICTION, OWN, PLACE, START
+from warp_softbody.scene_files.motions import KINDS
+from warp_softbody.scene_files.reading import KEYS, WORLD
+from warp_softbody.scene_files.scene_file import RunOutput
+from warp_softbody.scene_files.shapes import OF_SURFACE, SHAPES
+
+PAGE = (ROOT / "docs" / "scene-files.md").read_text(encoding="utf-8")
+RECORDS = (Plane, HeightField, TriangleGround, Material, Push, MotionPath, RunOutput)
+
+
+def in_code(key: str) -> bool:
+    return re.search(rf"`[^`]*\b{key}\b[^`]*`", PAGE) is not None
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+def test_fields_of_records(kind: type[Any]) -> None:
+    assert [entry.name for entry in fields(kind) if entry.init and not in_code(entry.name)] == []
+
+
+def test_other_keys() -> None:
+    keys = (*KEYS, *WORLD, *OWN, FRICTION, *PLACE, *START, *OF_SURFACE, "for_body")
+    shapes = [key for own in SHAPES.values() for key in own]
+    assert [key for key in (*keys, *shapes) if not in_code(key)] == []
+    assert [kind for kind in KINDS if f'"{kind}"' not in PAGE] == []

@@ -1,0 +1,123 @@
+"""Bodies of a scene file: a shape, and what is changed of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from warp_softbody.body.character import Character
+from warp_softbody.body.directional_friction import DirectionalFriction
+from warp_softbody.body.material import Material
+from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+from warp_softbody.scene_files.records import changed, record_of
+from warp_softbody.scene_files.shapes import character_of_shape, keys_of_shape
+from warp_softbody.scene_files.tables import Table
+from warp_softbody.world.joined_bodies import Body, placed
+
+OWN = ("name", "material", "strengths", "muscles", "regions", "fixed", "color")
+"""Keys that change a shape's character."""
+
+FRICTION = "directional_friction"
+PLACE = ("translation", "axis", "degrees")
+START = ("velocity", "spin")
+
+
+def body_of(table: Table, materials: Mapping[str, Material]) -> Body:
+    """The body of a table, where it stands and as it moves at the start."""
+    table.only((*keys_of_shape(table), *OWN, FRICTION, *PLACE, *START))
+    character = character_of_shape(table, table.text("name"))
+    character = _dressed(character, table, materials)
+    with table.explained():
+        given = {key: table.take(key) for key in PLACE if key in table}
+        if given:
+            character = placed(character, **given)
+        moving = {key: table.take(key) for key in START if key in table}
+        return Body(character=character, **moving)
+
+
+def _dressed(character: Character, table: Table, materials: Mapping[str, Material]) -> Character:
+    """A character with what a table says of it beside its shape."""
+    new: dict[str, Any] = {key: table.take(key) for key in ("name", "color") if key in table}
+    if "material" in table:
+        new["material"] = _material(character.material, table, materials)
+    muscles = _muscles(table) if "muscles" in table else character.muscles
+    if "strengths" in table:
+        muscles = _with_strengths(muscles, table)
+    new["muscles"] = muscles
+    regions = dict(character.regions)
+    if "regions" in table:
+        own = table.table("regions")
+        regions |= {name: _nodes(character, own, name) for name in own}
+    if "fixed" in table:
+        new["fixed"] = _nodes(replace(character, regions=regions), table, "fixed")
+    frictions = character.directional_friction
+    if FRICTION in table:
+        frictions = tuple(record_of(DirectionalFriction, t) for t in table.tables(FRICTION))
+    with table.explained():
+        return replace(character, regions=regions, directional_friction=frictions, **new)
+
+
+def _material(own: Material, table: Table, materials: Mapping[str, Material]) -> Material:
+    """A material by its name, or the shape's own with what a table changes of it."""
+    if table.is_table("material"):
+        return changed(own, table.table("material"))
+    name = table.take("material")
+    if name not in materials:
+        known = ", ".join(materials) or "none"
+        table.fail(f"there is no [materials.{name}]; there are: {known}", "material")
+    return materials[name]
+
+
+def _with_strengths(muscles: tuple[MuscleGroup, ...], table: Table) -> tuple[MuscleGroup, ...]:
+    """Muscles whose strengths are given by group, Pa."""
+    strengths = table.table("strengths")
+    strengths.only(group.name for group in muscles)
+    with strengths.explained():
+        return tuple(
+            replace(group, strength=strengths.take(group.name, group.strength)) for group in muscles
+        )
+
+
+def _muscles(table: Table) -> tuple[MuscleGroup, ...]:
+    return tuple(
+        record_of(
+            MuscleGroup,
+            each,
+            also=("fibers",),
+            fibers=tuple(_fiber(fiber) for fiber in each.tables("fibers")),
+        )
+        for each in table.tables("muscles")
+    )
+
+
+def _fiber(table: Table) -> Fiber:
+    kind = table.choice("kind", [kind.value for kind in FiberKind]) if "kind" in table else None
+    return record_of(
+        Fiber, table, also=("kind",), kind=FiberKind(kind or FiberKind.LONGITUDINAL.value)
+    )
+
+
+def _nodes(character: Character, table: Table, key: str) -> Any:
+    """Nodes by their numbers, by the name of a region, or those in a box."""
+    given = table.take(key)
+    if isinstance(given, str):
+        with table.explained(key):
+            return character.region(given)
+    if not table.is_table(key):
+        return given
+    box = table.table(key)
+    box.only(("low", "high"))
+    points = character.mesh.points
+    low = box.take("low", (-np.inf,) * 3)
+    high = box.take("high", (np.inf,) * 3)
+    try:
+        inside = np.all((points >= np.array(low)) & (points <= np.array(high)), axis=1)
+    except (ValueError, TypeError):
+        box.fail("low and high must be three numbers of m each")
+    found = np.flatnonzero(inside)
+    if not len(found):
+        box.fail("no node of the body is in this box")
+    return found

@@ -1,0 +1,90 @@
+"""Controllers of a scene file: a kind, the arguments of its constructor, and a table of gains."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+from warp_softbody import controllers
+from warp_softbody.body.character import Character
+from warp_softbody.controllers.arguments import arguments_of
+from warp_softbody.controllers.controller import Controller
+from warp_softbody.errors import InputError
+from warp_softbody.inputs.records import same
+from warp_softbody.scene_files.records import record_of, table_of
+from warp_softbody.scene_files.tables import Table
+
+KINDS = ("balance", "crawl", "exercise", "jump", "roll", "slide", "walk")
+"""Of each there is a class of that name in `controllers`, and one of its gains."""
+
+PARTS = {"legs": "Leg", "path": "Sway"}
+"""Arguments that are records of their own."""
+
+
+def _class_of(kind: str) -> type[Any]:
+    found: type[Any] = getattr(controllers, kind.capitalize())
+    return found
+
+
+def controller_of(table: Table, character: Character) -> Controller:
+    """The controller of a table, for a character."""
+    kind = table.choice("kind", KINDS)
+    own = _class_of(kind)
+    suited = table.take("for_body", False)
+    if not isinstance(suited, bool):
+        table.fail("must be true or false", "for_body")
+    if suited and not hasattr(own, "for_"):
+        table.fail(f"a controller of the kind {kind!r} has no gains for any body", "for_body")
+    make = own.for_ if suited else own
+    names = [name for name in inspect.signature(make).parameters if name != "character"]
+    table.only(["kind", "for_body", *names])
+    given = {name: _argument(kind, name, table) for name in names if name in table}
+    with table.explained():
+        missing = [
+            name
+            for name, parameter in inspect.signature(make).parameters.items()
+            if name not in ("character", *given) and parameter.default is parameter.empty
+        ]
+        if missing:
+            table.fail(f"the key {missing[0]!r} is missing")
+        controller: Controller = make(character, **given) if suited else make(**given)
+    return controller
+
+
+def _argument(kind: str, name: str, table: Table) -> Any:
+    if name == "gains":
+        gains = getattr(controllers, f"{kind.capitalize()}Gains")
+        return record_of(gains, table.table(name))
+    if name in PARTS:
+        part = getattr(controllers, PARTS[name])
+        if table.is_table(name):
+            return record_of(part, table.table(name))
+        return tuple(record_of(part, each) for each in table.tables(name))
+    return table.take(name)
+
+
+def table_of_controller(controller: object) -> dict[str, Any]:
+    """What `controller_of` makes an equal controller of.
+
+    Raises:
+        InputError: it is none of the package's own.
+    """
+    kind = type(controller).__name__.lower()
+    given = arguments_of(controller)
+    if kind not in KINDS or _class_of(kind) is not type(controller) or given is None:
+        raise InputError(
+            f"a controller of the class {type(controller).__name__} cannot be written to a file, "
+            f"only {', '.join(KINDS)}"
+        )
+    defaults = inspect.signature(type(controller)).parameters
+    found: dict[str, Any] = {"kind": kind}
+    for name, value in given.items():
+        if value is not None and not same(value, defaults[name].default):
+            found[name] = _plain(value)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple) and value and hasattr(value[0], "__dataclass_fields__"):
+        return [table_of(each) for each in value]
+    return table_of(value) if hasattr(value, "__dataclass_fields__") else value

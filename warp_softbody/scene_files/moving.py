@@ -1,0 +1,53 @@
+"""Pushes and handles of a scene file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from warp_softbody.scene_files.records import record_of, table_of
+from warp_softbody.scene_files.tables import Table
+from warp_softbody.world.handles import Handle
+from warp_softbody.world.motion_path import MotionPath
+from warp_softbody.world.scene import Push
+
+
+def pushes_of(tables: list[Table]) -> tuple[Push, ...]:
+    """The pushes of [[pushes]]."""
+    return tuple(record_of(Push, table) for table in tables)
+
+
+def handles_of(tables: list[Table]) -> tuple[Handle, ...]:
+    """The handles of [[handles]], each with its path."""
+    return tuple(_handle(table) for table in tables)
+
+
+def _handle(table: Table) -> Handle:
+    table.only(("region", "path"))
+    table.needed("path")
+    with table.explained():
+        return Handle(region=table.needed("region"), path=path_of(table.table("path")))
+
+
+def path_of(table: Table) -> MotionPath:
+    """A path: with `velocity` or `spin` for ever, or by its times."""
+    if "velocity" in table:
+        table.only(("velocity",))
+        with table.explained():
+            return MotionPath.straight(table.take("velocity"))
+    if "rate" in table:
+        table.only(("rate", "axis", "center"))
+        with table.explained():
+            center = table.take("center")
+            return MotionPath.spinning(
+                table.take("rate"), table.take("axis", (0.0, 0.0, 1.0)), center=center
+            )
+    return record_of(MotionPath, table)
+
+
+def table_of_handle(handle: Handle) -> dict[str, Any]:
+    """What `handles_of` makes the same handle of."""
+    path = table_of(handle.path)
+    for name in ("shifts", "degrees"):
+        if not getattr(handle.path, name).any():
+            path.pop(name, None)
+    return {"region": handle.region, "path": path}

@@ -1,0 +1,109 @@
+"""A scene file is read, and every value of it checked where it stands."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from warp_softbody.body.material import Material
+from warp_softbody.controllers.control_options import ControlOptions
+from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.scene_files.bodies import body_of
+from warp_softbody.scene_files.grounds import ground_of
+from warp_softbody.scene_files.motions import controller_of
+from warp_softbody.scene_files.moving import handles_of, pushes_of
+from warp_softbody.scene_files.records import record_of
+from warp_softbody.scene_files.scene_file import RunOutput, SceneFile
+from warp_softbody.scene_files.tables import Table, read_tables
+from warp_softbody.scenes.plan import ScenePlan
+from warp_softbody.world.handles import nodes_of_handles
+from warp_softbody.world.scene import Scene
+
+EXTENSION = ".toml"
+TEXTS = ("name", "description")
+TABLES = ("world", "ground", "materials", "character", "controller", "options", "control", "output")
+ARRAYS = ("bodies", "pushes", "handles")
+KEYS = (*TEXTS, "seconds", *TABLES, *ARRAYS)
+WORLD = ("gravity", "body_friction", "self_contact")
+SECONDS, TIME_STEP = 3.0, 1.0 / 120.0
+
+
+def read_scene_file(path: str | Path) -> SceneFile:
+    """The scene of a TOML file (docs/scene-files.md); nothing that a file holds is run.
+
+    Raises:
+        InputError: the file is missing, is no TOML, has a key that there is not, or a value that
+            cannot be; with file, line and field.
+    """
+    file = input_kinds.path("path of a scene file", path)
+    if file.suffix.lower() != EXTENSION:
+        raise InputError(f"{file}: a scene file must end in {EXTENSION}")
+    table = read_tables(file)
+    table.only(KEYS)
+    options = _options(table.table("options"), SimulationOptions)
+    with table.explained():
+        plan = ScenePlan(
+            name=table.text("name", file.stem),
+            description=table.text("description", "a scene of its own"),
+            scene=(scene := _scene(table)),
+            controller=controller_of(table.table("controller"), scene.character)
+            if "controller" in table
+            else None,
+            seconds=checks.number("seconds", table.take("seconds", SECONDS), above=0.0, unit="s"),
+            time_step=options.get("time_step", TIME_STEP),
+            settings={},
+        )
+    return SceneFile(
+        plan=plan,
+        options=options,
+        control=_options(table.table("control"), ControlOptions),
+        output=record_of(RunOutput, table.table("output")),
+    )
+
+
+def _scene(table: Table) -> Scene:
+    materials = table.table("materials")
+    known = {name: record_of(Material, materials.table(name)) for name in materials}
+    if "character" not in table:
+        table.fail("the table [character] is missing")
+    first = body_of(table.table("character"), known)
+    world = table.table("world")
+    world.only(WORLD)
+    bodies = [body_of(each, known) for each in table.tables("bodies")]
+    ground = ground_of(table.table("ground")) if "ground" in table else None
+    with world.explained(), table.explained():
+        still = Scene(
+            character=first.character,
+            others=tuple(bodies),
+            ground=ground,
+            initial_velocity=first.velocity,
+            initial_spin=first.spin,
+            **{key: world.take(key) for key in WORLD if key in world},
+        )
+    return _with_what_moves(still, table)
+
+
+def _with_what_moves(scene: Scene, table: Table) -> Scene:
+    """A scene with pushes and handles, each of which is told apart where it is wrong."""
+    pushes, handles = table.tables("pushes"), table.tables("handles")
+    whole, parts = scene.whole, scene.parts
+    acting = pushes_of(pushes)
+    for push, each in zip(acting, pushes, strict=True):
+        with each.explained():
+            whole.region(push.region)
+    held = handles_of(handles)
+    for number, each in enumerate(handles):
+        with each.explained():
+            nodes_of_handles(held[: number + 1], whole, parts)
+    return replace(scene, pushes=acting, handles=held) if acting or held else scene
+
+
+def _options(table: Table, kind: type[Any]) -> dict[str, Any]:
+    """The options that a table gives; they are checked together."""
+    table.only(entry.name for entry in fields(kind))
+    with table.explained():
+        made = kind(**{key: table.take(key) for key in table})
+    return {key: getattr(made, key) for key in table}
