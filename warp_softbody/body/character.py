@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character_files import load_character, save_character
 from warp_softbody.body.directional_friction import (
     DirectionalFriction,
@@ -21,7 +22,9 @@ from warp_softbody.body.directional_friction import (
 )
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
+from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.body.muscles import Fiber, MuscleGroup
+from warp_softbody.body.region_materials import TetMaterials, checked_materials, tet_materials
 from warp_softbody.body.skin import Skin
 from warp_softbody.body.skin_binding import bind
 from warp_softbody.errors import InputError
@@ -48,6 +51,8 @@ class Character(FrozenValue):
         fixed: nodes that never move, given and kept likewise.
         color: display colour, linear RGB in 0..1.
         directional_friction: of regions that slide more easily one way than another.
+        materials: of regions that are stiffer or denser than the rest, by their names: of the tets
+            whose four nodes are in the region, of the last one where several are.
         skin: the surface that is seen; None for that of the mesh, or for the tets' own.
     """
 
@@ -60,6 +65,7 @@ class Character(FrozenValue):
     color: tuple[float, float, float] = (0.80, 0.30, 0.24)
     directional_friction: tuple[DirectionalFriction, ...] = ()
     skin: Skin | None = None
+    materials: Mapping[str, Material] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the name and the index sets against the mesh."""
@@ -89,8 +95,10 @@ class Character(FrozenValue):
         )
         input_kinds.distinct(f"muscle groups of {name!r}", (group.name for group in self.muscles))
         input_kinds.distinct(f"fibres of {name!r}", (fiber.name for fiber in self.fibers))
-        for friction in self.directional_friction:
-            self.region(friction.region)
+        materials = checked_materials(name, self.material, self.materials)
+        checks.keep(self, materials=MappingProxyType(materials))
+        for region in (*(law.region for law in self.directional_friction), *materials):
+            self.region(region)
 
     @classmethod
     def from_surface(
@@ -184,6 +192,22 @@ class Character(FrozenValue):
     def segment_count(self) -> int:
         """Number of muscle segments of all groups."""
         return sum(group.segment_count for group in self.muscles)
+
+    @cached_property
+    def tet_materials(self) -> TetMaterials:
+        """Return how stiff and dense each tet is."""
+        mesh = self.mesh
+        return tet_materials(
+            mesh.tets, len(mesh.points), self.material, self.materials, self.regions
+        )
+
+    @cached_property
+    def node_masses(self) -> FloatArray:
+        """Return the masses (n,) of the nodes, kg: of each tet a quarter at each of its corners."""
+        mesh, count = self.mesh, len(self.mesh.points)
+        if self.materials:
+            return lumped_masses(mesh.tets, mesh.volumes * self.tet_materials.densities, count)
+        return lumped_masses(mesh.tets, mesh.volumes, count, self.material.density)
 
     @cached_property
     def node_friction(self) -> NodeFriction:

@@ -58,6 +58,10 @@ class Kept(Protocol):
     def directional_friction(self) -> tuple[DirectionalFriction, ...]:
         """As `Character` has it."""
 
+    @property
+    def materials(self) -> Mapping[str, Material]:
+        """As `Character` has it."""
+
 
 def described(character: Kept, stored: Any) -> dict[str, Any]:
     """Plain values of a character; ``stored`` takes an array and gives the name it is kept by."""
@@ -92,6 +96,7 @@ def described(character: Kept, stored: Any) -> dict[str, Any]:
         "regions": {name: stored(nodes) for name, nodes in character.regions.items()},
         "fixed": stored(character.fixed),
         "directional_friction": [asdict(law) for law in character.directional_friction],
+        "materials": {name: asdict(own) for name, own in character.materials.items()},
     }
 
 
@@ -145,6 +150,8 @@ def arguments(described: Mapping[str, Any], arrays: Arrays) -> dict[str, Any]:
         directional_friction=tuple(
             DirectionalFriction(**law) for law in described["directional_friction"]
         ),
+        # older files have none
+        materials={n: Material(**own) for n, own in described.get("materials", {}).items()},
     )
 
 

@@ -53,7 +53,7 @@ def _facts(file: SceneFile) -> dict[str, Any]:
                 "name": body.name,
                 "nodes": len(body.mesh.points),
                 "tets": len(body.mesh.tets),
-                "mass": body.mesh.volume * body.material.density,
+                "mass": float(body.node_masses.sum()),
                 "segments": body.segment_count,
             }
             for body in scene.characters

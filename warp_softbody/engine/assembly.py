@@ -163,7 +163,7 @@ class Assembly:
 
     def _body(self, a: int, b: int) -> list[Any]:
         mesh = self._model.arrays.mesh
-        return [array[a:b] for array in (mesh.tets, mesh.rest_inverse, mesh.rest_volume)]
+        return [array[a:b] for array in (mesh.tets, mesh.rest_inverse, mesh.elastic_volume)]
 
     def _areas(self, a: int, b: int) -> Any:
         return None if self.area_rows is None else self.area_rows[a:b]
@@ -209,7 +209,7 @@ class Assembly:
         arrays = self._model.arrays
         for part, a, b in self._by_body("edges", first, last):
             around = [arrays.gather.edge_start[a : b + 1], arrays.gather.edge_corners]
-            inputs = [*around, arrays.mesh.rest_volume, self._deformations]
+            inputs = [*around, arrays.mesh.elastic_volume, self._deformations]
             found = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
             self._launch(self._smoothing.mean_edges, a, b, inputs, found)
             self._rotate(self._edge_rotations, a, b)
@@ -220,7 +220,7 @@ class Assembly:
         arrays = self._model.arrays
         for part, a, b in self._by_body("nodes", first, last):
             around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
-            inputs = [*around, arrays.mesh.rest_volume, part.lame]
+            inputs = [*around, arrays.mesh.elastic_volume, part.lame]
             turned = int(self._lanes is not None)
             rotations = self.node_rotations[a:b]
             if part.material.volume == "exact":
@@ -313,7 +313,7 @@ class Assembly:
         for part, a, b in self._by_body("nodes", first, last):
             around = [arrays.gather.node_start[a : b + 1], arrays.gather.node_corners]
             if self._smoothing is None:
-                self._turn_nodes([*around, arrays.mesh.rest_volume, self.rotations], a, b)
+                self._turn_nodes([*around, arrays.mesh.elastic_volume, self.rotations], a, b)
             rows = [arrays.pattern.row_start[a : b + 1], arrays.pattern.diagonal_slot[a:b]]
             step = [arrays.masses.mass[a:b], arrays.step.gravity, part.step_factors]
             inputs = [*around, *rows, *step, velocities[a:b], self._forces]

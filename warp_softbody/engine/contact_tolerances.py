@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.body.mesh import TetMesh
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.rest_matrix import rest_gradients
 from warp_softbody.world.scene import Scene
@@ -56,19 +55,20 @@ def contact_tolerances(
     share = speed_share(scene)
     still = speed = STILL * share
     if weight > 0.0:
-        largest = _largest_block(scene.whole.mesh, masses, materials)
+        largest = _largest_block(scene, masses, materials)
         speed = min(speed, max(SLOWEST_SLIDING * share, 20.0 * impulse / largest))
     return ContactTolerances(impulse=impulse, normal_speed=still, sliding_speed=speed)
 
 
-def _largest_block(mesh: TetMesh, masses: FloatArray, materials: tuple[MaterialPart, ...]) -> float:
+def _largest_block(scene: Scene, masses: FloatArray, materials: tuple[MaterialPart, ...]) -> float:
     """Largest third of the trace of a surface node's block of M~ at rest, kg."""
+    mesh, volumes = scene.whole.mesh, scene.elastic_volumes
     squares = (rest_gradients(mesh) ** 2).sum(axis=2)
     blocks = np.zeros(len(masses))
     for part in materials:
         # K_aa = V ((mu |g|^2) I + (mu + lambda) g g^T)
         modulus = 4.0 * part.material.lame_mu + part.material.lame_lambda
-        shares = (part.stiffness_factor * modulus / 3.0) * mesh.volumes[part.tets]
+        shares = (part.stiffness_factor * modulus / 3.0) * volumes[part.tets]
         np.add.at(blocks, mesh.tets[part.tets], shares[:, None] * squares[part.tets])
         blocks[part.nodes] += part.mass_factor * masses[part.nodes]
     return float(blocks[mesh.surface_nodes].max())

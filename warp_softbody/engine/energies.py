@@ -37,7 +37,7 @@ class _Groups:
     """Averages over the tets that share an edge or a node, by volume, within each body.
 
     Attributes:
-        volumes: (g,) m^3.
+        volumes: (g,) m^3, as given.
         tets: (g,) one of each group, which tells its body and material.
     """
 
@@ -70,6 +70,7 @@ class EnergyMeter:
         self._tets = np.asarray(mesh.tets)
         self._inverse = inverse_edges(np.asarray(mesh.points), self._tets)
         self._volumes = np.asarray(mesh.volumes)
+        self._stiff = np.asarray(model.scene.elastic_volumes)
         counts = [part.tets.stop - part.tets.start for part in parts]
         self._bodies = np.repeat(np.arange(len(parts)), counts)
         materials = [parts[body].material for body in self._bodies]
@@ -77,8 +78,8 @@ class EnergyMeter:
         self._lambda = np.array([material.lame_lambda for material in materials])
         self._exact = np.array([material.volume == "exact" for material in materials])
         smoothed = model.options.elements == "smoothed"
-        self._edges = _Groups(self._tets, self._volumes, 2) if smoothed else None
-        self._nodes = _Groups(self._tets, self._volumes, 1) if smoothed else None
+        self._edges = _Groups(self._tets, self._stiff, 2) if smoothed else None
+        self._nodes = _Groups(self._tets, self._stiff, 1) if smoothed else None
         self._node_bodies = model.scene.node_bodies
         self._segment_bodies = np.repeat(
             np.arange(len(parts)), [part.segments.stop - part.segments.start for part in parts]
@@ -106,9 +107,9 @@ class EnergyMeter:
         """``V mu |F - R|^2 + V lambda / 2 s^2``, of smoothed tets over edges and over nodes."""
         if self._edges is None or self._nodes is None:
             turned = polar_rotations(gradients)
-            shear = self._volumes * self._mu * ((gradients - turned) ** 2).sum(axis=(1, 2))
+            shear = self._stiff * self._mu * ((gradients - turned) ** 2).sum(axis=(1, 2))
             swelling = self._swelling(gradients, np.linalg.det(gradients), self._exact)
-            return self._by_tet(shear + 0.5 * self._volumes * self._lambda * swelling**2)
+            return self._by_tet(shear + 0.5 * self._stiff * self._lambda * swelling**2)
         edges, nodes = self._edges, self._nodes
         mean = edges.mean(gradients)
         gap = ((mean - polar_rotations(mean)) ** 2).sum(axis=(1, 2))

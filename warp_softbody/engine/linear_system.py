@@ -14,7 +14,7 @@ from warp_softbody.device.allocator import Allocator
 from warp_softbody.engine.material_parts import MaterialPart
 from warp_softbody.engine.model_arrays import ModelArrays
 from warp_softbody.engine.options import PreconditionerChoice, SimulationOptions
-from warp_softbody.engine.precision_choice import stiffness_over_mass
+from warp_softbody.engine.precision_choice import hardest_material, stiffness_over_mass
 from warp_softbody.engine.rest_matrix import rest_matrix
 from warp_softbody.linear.aggregation import Aggregation, build_aggregation, coarse_matrix
 from warp_softbody.linear.block_sparsity import Topology
@@ -89,7 +89,8 @@ def build_linear_system(
     lost = _lost_mass(scene, options)
     if levels.aggregation is not None:
         factors = _rest_factors(topology, masses, materials)
-        values = rest_matrix(scene.whole.mesh, topology, *factors)
+        volumes = scene.elastic_volumes
+        values = rest_matrix(scene.whole.mesh, topology, *factors, volumes=volumes)
         coarse = CoarseLevel(
             aggregation=levels.aggregation,
             aggregates=AggregateArrays.of(levels.aggregation, scene.whole.mesh.points, make),
@@ -135,7 +136,7 @@ def _lost_mass(scene: Scene, options: SimulationOptions) -> float:
     rounding = float(np.finfo(options.precision).eps)
     ratio = max(
         stiffness_over_mass(
-            character.material,
+            hardest_material(character),
             shortest_edge(character.mesh.points, character.mesh.tets),
             options.time_step,
         )

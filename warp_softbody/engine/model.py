@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
-from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.device.allocator import Allocator, DeviceArray
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import check_device
@@ -165,7 +164,7 @@ def build_model(scene: Scene, options: SimulationOptions, *, like: Model | None 
     levels = levels or build_levels(scene, topology, fixed, options.preconditioner)
     make = Allocator(real(options.precision), options.device)
     muscles = _muscles(scene, like)
-    masses = np.concatenate([_masses(character) for character in scene.characters])
+    masses = np.concatenate([character.node_masses for character in scene.characters])
     dt = options.time_step
     materials = material_parts(parts, topology, dt, make)
     shared = like.arrays if like is not None and same_arrays(options, like.options) else None
@@ -202,6 +201,12 @@ def _muscles(scene: Scene, like: Model | None) -> MuscleLayout:
 
 
 def _refuse_mixtures(scene: Scene, options: SimulationOptions) -> None:
+    for character in scene.characters:
+        if character.materials and character.muscles and options.muscles == "explicit":
+            raise InputError(
+                f"body {character.name!r} has materials by region, which go with implicit muscles, "
+                "got muscles 'explicit'"
+            )
     if options.elements == "linear" or options.tangent == "warped":
         return
     for character in scene.characters:
@@ -210,8 +215,3 @@ def _refuse_mixtures(scene: Scene, options: SimulationOptions) -> None:
                 f"body {character.name!r} resists the trace of its strain, for which smoothed "
                 f"elements have a warped tangent only, got tangent {options.tangent!r}"
             )
-
-
-def _masses(character: Character) -> FloatArray:
-    mesh = character.mesh
-    return lumped_masses(mesh.tets, mesh.volumes, len(mesh.points), character.material.density)

@@ -32,22 +32,26 @@ class MeshArrays:
         tets: (m,) vec4i, corners.
         rest_inverse: (m,) mat33, 1/m, of the edges from corner 0 as columns.
         rest_volume: (m,) scalar, m^3.
+        elastic_volume: (m,) scalar, m^3, times the stiffness of each tet over its body's.
         surface_nodes: (c,) int32, nodes of the surface, rising.
     """
 
     tets: DeviceArray
     rest_inverse: DeviceArray
     rest_volume: DeviceArray
+    elastic_volume: DeviceArray
     surface_nodes: DeviceArray
 
     @staticmethod
     def of(mesh: TetMesh, make: Allocator) -> MeshArrays:
-        """A mesh on the device."""
+        """A mesh on the device, all of it as stiff as its body's material."""
         inverse = inverse_edges(mesh.points, mesh.tets)
+        volumes = make.array(mesh.volumes, make.types.scalar)
         return MeshArrays(
             tets=make.indices(mesh.tets, wp.vec4i),
             rest_inverse=make.array(inverse, make.types.mat33),
-            rest_volume=make.array(mesh.volumes, make.types.scalar),
+            rest_volume=volumes,
+            elastic_volume=volumes,
             surface_nodes=make.array(mesh.surface_nodes, wp.int32),
         )
 
@@ -199,6 +203,11 @@ class ModelArrays:
         muscles, but for their stiffness, those of the same ``fibers``.
         """
         mesh = like.mesh if like else MeshArrays.of(scene.whole.mesh, make)
+        if scene.has_region_materials:
+            volumes = make.array(scene.elastic_volumes, make.types.scalar)
+            mesh = replace(mesh, elastic_volume=volumes)
+        elif mesh.elastic_volume is not mesh.rest_volume:
+            mesh = replace(mesh, elastic_volume=mesh.rest_volume)
         if fibers is None:
             muscles = MuscleArrays.of(layout, len(scene.whole.mesh.tets), make)
         else:

@@ -89,6 +89,13 @@ def stiffness_over_mass(material: Material, edge: float, dt: float) -> float:
     return stiff / (material.density * edge**2)
 
 
+def hardest_material(character: Character) -> Material:
+    """The stiffest of the materials that a body has."""
+    return max(
+        (character.material, *character.materials.values()), key=lambda each: each.young_modulus
+    )
+
+
 def usual_change(gravity: FloatArray, velocity: ArrayLike, time_step: float) -> float:
     """What a step adds to a body's velocity, m/s; without gravity and speed, no bound."""
     fall = float(np.linalg.norm(gravity)) * time_step
@@ -105,13 +112,12 @@ class _Body:
 
     def stiffness_over_mass(self, dt: float) -> float:
         """See the function of this name."""
-        material = self.character.material
-        return stiffness_over_mass(material, self.edge, dt)
+        return stiffness_over_mass(hardest_material(self.character), self.edge, dt)
 
     @property
     def false_pressure(self) -> float:
         """Pa, of the strain that rounding of positions is."""
-        return self.character.material.young_modulus * EPS * self.reach / self.edge
+        return hardest_material(self.character).young_modulus * EPS * self.reach / self.edge
 
     def weight(self, gravity: FloatArray) -> float:
         """Pa under a column as high as the body; without gravity, no bound."""

@@ -17,13 +17,19 @@ def rest_gradients(mesh: TetMesh) -> FloatArray:
 
 
 def rest_matrix(
-    mesh: TetMesh, topology: Topology, masses: FloatArray, lame: FloatArray
+    mesh: TetMesh,
+    topology: Topology,
+    masses: FloatArray,
+    lame: FloatArray,
+    volumes: FloatArray | None = None,
 ) -> FloatArray:
     """Lumped masses (n,) and the stiffness of mu and lambda (e, 2) of each edge, at rest.
 
-    As blocks (blocks, 3, 3) of the pattern.
+    ``volumes`` (m,) m^3 are those of `Scene.elastic_volumes`, else the mesh's own. As blocks
+    (blocks, 3, 3) of the pattern.
     """
-    gradients = (rest_gradients(mesh) * np.sqrt(mesh.volumes)[:, None, None]).reshape(-1, 3)
+    weights = np.sqrt(mesh.volumes if volumes is None else volumes)
+    gradients = (rest_gradients(mesh) * weights[:, None, None]).reshape(-1, 3)
     edge_of = np.repeat(np.arange(len(topology.edge_slots)), np.diff(topology.edge_start))
     low, high = gradients[topology.edge_corners[:, 0]], gradients[topology.edge_corners[:, 1]]
     outer = np.stack(

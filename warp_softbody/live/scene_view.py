@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.live.measures import CharacterMeasures
 from warp_softbody.live.outline import (
     SceneOutline,
@@ -71,9 +70,7 @@ class SceneView:
 def character_measures(scene: Scene) -> CharacterMeasures:
     """Measures of a scene's character."""
     character = scene.character
-    mesh = character.mesh
-    density = character.material.density
-    masses = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points), density)
+    masses = character.node_masses
     normal, offset = level_of(scene.ground)
     return CharacterMeasures(
         masses / masses.sum(),

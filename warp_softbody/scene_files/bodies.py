@@ -17,7 +17,7 @@ from warp_softbody.scene_files.shapes import character_of_shape, keys_of_shape
 from warp_softbody.scene_files.tables import Table
 from warp_softbody.world.joined_bodies import Body, placed
 
-OWN = ("name", "material", "strengths", "muscles", "regions", "fixed", "color")
+OWN = ("name", "material", "materials", "strengths", "muscles", "regions", "fixed", "color")
 """Keys that change a shape's character."""
 
 FRICTION = "directional_friction"
@@ -56,18 +56,23 @@ def _dressed(character: Character, table: Table, materials: Mapping[str, Materia
     frictions = character.directional_friction
     if FRICTION in table:
         frictions = tuple(record_of(DirectionalFriction, t) for t in table.tables(FRICTION))
+    if "materials" in table:
+        own, base = table.table("materials"), new.get("material", character.material)
+        new["materials"] = {name: _material(base, own, materials, name) for name in own}
     with table.explained():
         return replace(character, regions=regions, directional_friction=frictions, **new)
 
 
-def _material(own: Material, table: Table, materials: Mapping[str, Material]) -> Material:
-    """A material by its name, or the shape's own with what a table changes of it."""
-    if table.is_table("material"):
-        return changed(own, table.table("material"))
-    name = table.take("material")
+def _material(
+    own: Material, table: Table, materials: Mapping[str, Material], key: str = "material"
+) -> Material:
+    """A material by its name, or the body's own with what a table changes of it."""
+    if table.is_table(key):
+        return changed(own, table.table(key))
+    name = table.take(key)
     if name not in materials:
         known = ", ".join(materials) or "none"
-        table.fail(f"there is no [materials.{name}]; there are: {known}", "material")
+        table.fail(f"there is no [materials.{name}]; there are: {known}", key)
     return materials[name]
 
 

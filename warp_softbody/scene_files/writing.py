@@ -134,6 +134,7 @@ def _changes(base: Character, character: Character) -> dict[str, Any] | None:
         fixed=character.fixed,
         regions={**base.regions, **character.regions},
         directional_friction=character.directional_friction,
+        materials=character.materials,
         muscles=tuple(
             replace(group, strength=strengths.get(group.name, group.strength))
             for group in base.muscles
@@ -151,6 +152,11 @@ def _changes(base: Character, character: Character) -> dict[str, Any] | None:
     }
     if regions:
         found["regions"] = regions
+    if character.materials:
+        found["materials"] = {
+            name: table_of(own, base=character.material)
+            for name, own in character.materials.items()
+        }
     if not same(base.fixed, character.fixed):
         found["fixed"] = character.fixed
     if base.directional_friction != character.directional_friction:

@@ -139,6 +139,22 @@ class Scene(FrozenValue):
         return ((self.initial_velocity, self.initial_spin), *others)
 
     @property
+    def has_region_materials(self) -> bool:
+        """Whether a body is stiffer or denser in some regions than elsewhere."""
+        return any(character.materials for character in self.characters)
+
+    @cached_property
+    def elastic_volumes(self) -> npt.NDArray[np.float64]:
+        """(m,) m^3, volumes of all tets times their stiffness over that of their body's material.
+
+        Elastic forces, energies and stiffness are linear in it.
+        """
+        if not self.has_region_materials:
+            return self.whole.mesh.volumes
+        factors = [character.tet_materials.stiffness for character in self.characters]
+        return np.asarray(self.whole.mesh.volumes * np.concatenate(factors))
+
+    @property
     def has_pairs(self) -> bool:
         """Whether surfaces may touch each other."""
         return self.self_contact or bool(self.others)

@@ -97,6 +97,7 @@ def _character(character: Character, by: Similarity) -> Character:
         if character.skin is None
         else replace(character.skin, points=character.skin.points * by.length),
         material=_material(character.material, by),
+        materials={name: _material(own, by) for name, own in character.materials.items()},
         muscles=tuple(_muscles(group, by) for group in character.muscles),
     )
 

@@ -1,0 +1,73 @@
+"""Materials of some regions of a body: how stiff and dense each tet is beside the others.
+
+The regions' materials differ from the body's in Young's modulus and density. Poisson's ratio, the
+law of volume and the damping are those of the whole body, so that its stiffness matrix is that of
+one material with a factor for each tet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.material import Material
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import checks, input_kinds
+
+OWN = ("young_modulus", "density")
+"""What a region's material may have of its own."""
+
+
+class TetMaterials(NamedTuple):
+    """Of each tet: its Young's modulus over that of the body's material, and density, kg/m^3."""
+
+    stiffness: FloatArray
+    densities: FloatArray
+
+
+def checked_materials(name: str, material: Material, given: object) -> dict[str, Material]:
+    """Materials by region, each of which goes with that of the body.
+
+    Raises:
+        InputError: something else, or a material that differs in more than it may.
+    """
+    found = {}
+    for region, own in input_kinds.mapping(f"Character.materials of {name!r}", given).items():
+        label = f"material of the region {region!r} of {name!r}"
+        input_kinds.name(f"name of a region of Character.materials of {name!r}", region)
+        checks.instance(label, own, Material)
+        like = replace(own, **{key: getattr(material, key) for key in OWN})
+        if like != material:
+            raise InputError(
+                f"{label} must have the poisson_ratio, volume and damping of the body's, and may "
+                f"differ in {' and '.join(OWN)}"
+            )
+        found[region] = own
+    return found
+
+
+def tet_materials(
+    tets: npt.NDArray[np.integer],
+    count: int,
+    material: Material,
+    materials: Mapping[str, Material],
+    regions: Mapping[str, npt.NDArray[np.int32]],
+) -> TetMaterials:
+    """The materials of tets (m, 4) of ``count`` nodes; a region's are those with all four in it.
+
+    Where regions overlap, the one that is named last counts.
+    """
+    stiffness = np.ones(len(tets))
+    densities = np.full(len(tets), material.density)
+    for name, own in materials.items():
+        inside = np.zeros(count, dtype=bool)
+        inside[regions[name]] = True
+        chosen = inside[tets].all(axis=1)
+        stiffness[chosen] = own.young_modulus / material.young_modulus
+        densities[chosen] = own.density
+    return TetMaterials(stiffness, densities)
