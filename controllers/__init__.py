@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.balance import Balance, BalanceGains
     from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains, CrawlPhase
     from warp_softbody.controllers.motions.exercise import Exercise, ExerciseGains, Sway
+    from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
     from warp_softbody.controllers.motions.jump import Jump
     from warp_softbody.controllers.motions.jump_gains import JumpGains
     from warp_softbody.controllers.motions.roll import Roll
@@ -78,6 +79,7 @@ _HOMES = {
     "Slide": "motions.slide",
     "SlideGains": "motions.slide",
     "SolverOptions": "qpcc",
+    "StepGains": "motions.for_any_body.step_gains",
     "Sway": "motions.exercise",
     "WARM_OPTIONS": "qpcc",
     "Walk": "motions.walk",
@@ -127,6 +129,7 @@ __all__ = [
     "Slide",
     "SlideGains",
     "SolverOptions",
+    "StepGains",
     "Sway",
     "Walk",
     "WalkGains",

@@ -34,6 +34,7 @@ def require_muscles(motion: str, character: Character) -> None:
     Raises:
         InputError: the character has no muscles.
     """
+    checks.instance(f"character of {motion}", character, Character)
     if not character.muscles:
         raise InputError(f"{motion} needs muscles, but character {character.name!r} has none")
 

@@ -125,7 +125,7 @@ ANY_BODY = replace(
     lean=0.0,
     squat=0.0,
     skip_from=1.0,
-    activation=ActivationCost(effort=0.1, change=0.1),
+    activation=ActivationCost(effort=0.1, change=0.5),
     relax=0.0,
 )
 """Of a body that has none of its own: calmer, without what the letter's shape alone bears. A body

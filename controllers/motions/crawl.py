@@ -8,11 +8,15 @@ from enum import Enum
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
 from warp_softbody.controllers.motions.body_measures import mean_weights, region_mean
+from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
+from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
+from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_crawl
 from warp_softbody.controllers.motions.trajectories import smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
@@ -100,6 +104,9 @@ class Crawl:
     changes of several contacts at once.
     """
 
+    required_regions = ()
+    """Regions that `for_` needs of a character: none, its shape is enough."""
+
     def __init__(
         self,
         gains: CrawlGains | None = None,
@@ -119,6 +126,32 @@ class Crawl:
         self._way = (0.0, 0.0)
         self._length = 0.0
         self._due = 0.0
+
+    @classmethod
+    def for_(
+        cls,
+        character: Character,
+        *,
+        heading: float = 0.0,
+        speed: float | None = None,
+        gains: StepGains | None = None,
+    ) -> Stepping:
+        """A crawl of any body that lies: sections of its belly are pushed along, last to first.
+
+        Friction needs no direction, as most of the belly holds while one section moves.
+
+        Args:
+            character: at most half as high as long, and twice as long along the heading as high.
+            heading: rad, from x towards y.
+            speed: m/s, of the plan on Earth; None for the one that the gains are made for.
+            gains: None for those that suit it.
+
+        Raises:
+            InputError: the body stands, is too short, has no muscles, or the speed is beyond it.
+        """
+        heading = checks.number("heading of Crawl", heading, unit="rad")
+        way = way_to_crawl(character, heading)
+        return stepping("Crawl", character, way, heading, speed, gains)
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""

@@ -8,12 +8,15 @@ from enum import Enum
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
+from warp_softbody.controllers.motions.any_body import feet_of
 from warp_softbody.controllers.motions.balance import Balance
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
+from warp_softbody.controllers.motions.for_any_body.jumping import jump_gains
 from warp_softbody.controllers.motions.jump_gains import JumpGains
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.objectives import Objective
@@ -39,6 +42,9 @@ class JumpPhase(Enum):
 @remembered
 class Jump:
     """Jumps a number of times and keeps its balance before, between and after."""
+
+    required_regions = ("base",)
+    """Regions that `for_` needs of a character."""
 
     def __init__(
         self,
@@ -68,6 +74,30 @@ class Jump:
         self._height: float | None = None
         self._first = np.zeros(3)
         self._ground = 0.0
+
+    @classmethod
+    def for_(
+        cls,
+        character: Character,
+        *,
+        height: float = 0.08,
+        jumps: int = 1,
+        gains: JumpGains | None = None,
+    ) -> Jump:
+        """Jumps of any body that stands, in place.
+
+        Args:
+            character: has a region `base`; it stands as in `Balance.for_`.
+            height: m, to which its base is to come off the ground on Earth.
+            jumps: number of them.
+            gains: None for those of a body of its height; ``height`` is theirs then.
+
+        Raises:
+            InputError: the body lies, or lacks a region or muscles.
+        """
+        found = jump_gains(character, height)
+        gains = found if gains is None else gains
+        return cls(gains, jumps=jumps, patches=feet_of(character))
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""

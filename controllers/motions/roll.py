@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
+from warp_softbody.body.character import Character
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.any_body import require_muscles, require_regions
 from warp_softbody.controllers.motions.body_measures import angle_turned, contact_point
 from warp_softbody.controllers.motions.mean_shape import MeanShape
-from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
+from warp_softbody.controllers.motions.roll_gains import ANY_BODY, Leg, RollGains
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patch_clusters import clustered_patches
 from warp_softbody.controllers.patches import Patch
@@ -55,6 +58,9 @@ class Roll:
     contact, and of the body's tilt, with which it leans ahead of it.
     """
 
+    required_regions = ("rim",)
+    """Regions that `for_` needs of a character."""
+
     def __init__(
         self,
         gains: RollGains | None = None,
@@ -78,6 +84,31 @@ class Roll:
         self._moved = 0.0
         self._reference = 0.0
         self._released = None if self._legs else 0.0
+
+    @classmethod
+    def for_(
+        cls,
+        character: Character,
+        *,
+        turn: float = 2.0 * math.pi,
+        direction: float = 1.0,
+        gains: RollGains | None = None,
+    ) -> Roll:
+        """A roll of any body that is round about y, along x.
+
+        Args:
+            character: has a region `rim`, on which it rolls.
+            turn: rad.
+            direction: 1 along x, -1 against it.
+            gains: None for those of any body.
+
+        Raises:
+            InputError: the body has no rim or no muscles.
+        """
+        require_muscles("Roll", character)
+        require_regions("Roll", character, cls.required_regions)
+        leg = Leg(direction=direction, turn=turn)
+        return cls(ANY_BODY if gains is None else gains, legs=(leg,), rim="rim")
 
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None once the muscles have let go."""

@@ -85,3 +85,8 @@ class Leg:
         checks.settle(self, positive=("turn", "longest"), finite=("direction",))
         if abs(self.direction) != 1.0:
             checks.refuse("Leg.direction", "1 or -1", self.direction)
+
+
+ANY_BODY = RollGains(activation=ActivationCost(effort=0.1, change=0.2))
+"""Of a body that has none of its own: its muscles are weaker than those of the letter that rolls,
+so that effort has to count less."""

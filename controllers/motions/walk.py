@@ -7,10 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body.character import Character
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
+from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
+from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_walk
 from warp_softbody.controllers.motions.tracking import MissingRate, following
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.motions.walking_feet import FeetNow, upward_only
@@ -100,6 +104,9 @@ class WalkGains:
 class Walk:
     """Walks along x, on level ground, for as long as it is asked."""
 
+    required_regions = ("base",)
+    """Regions that `for_` needs of a character, beside feet or quadrants of the base."""
+
     def __init__(
         self,
         gains: WalkGains | None = None,
@@ -121,6 +128,30 @@ class Walk:
         self._shifts: dict[tuple[int, ...], FloatArray] = {}
         self._left = np.zeros((len(feet), 3))
         self._phase = -1
+
+    @classmethod
+    def for_(
+        cls,
+        character: Character,
+        *,
+        heading: float = 0.0,
+        speed: float | None = None,
+        gains: StepGains | None = None,
+    ) -> Stepping:
+        """A walk of any body, step by step.
+
+        Args:
+            character: has a region `base` and three regions `foot_...` or more, of which those
+                across from each other step together; else the quadrants `base_patch_0` to `_3` of
+                its base, whose corners are lifted in turn.
+            heading: rad, from x towards y.
+            speed: m/s, of the plan on Earth; None for the one that the gains are made for.
+            gains: None for those that suit what it walks on.
+
+        Raises:
+            InputError: the body lacks a region or muscles, or the speed is beyond its steps.
+        """
+        return stepping("Walk", character, way_to_walk(character), heading, speed, gains)
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""

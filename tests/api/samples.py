@@ -31,7 +31,7 @@ def muscled() -> wsb.Character:
     group = wsb.MuscleGroup(fibers=(fiber,), strength=1e5, kernel_width=0.05, name="group")
     low, high = mesh.points[:, 2] < 0.05, mesh.points[:, 2] > 0.15
     places = (*TAIL, *HEAD, *BELLY_PATCHES)
-    patches = (*places, *(f"base_patch_{i}" for i in range(4)))
+    patches = (*places, *(f"base_patch_{i}" for i in range(4)), "rim")
     regions: dict[str, Any] = {"base": low, "head": high, **dict.fromkeys(patches, low)}
     return wsb.Character(name="bar", mesh=mesh, muscles=(group,), regions=regions)
 
@@ -242,9 +242,15 @@ def control() -> Samples:
         "QPCC": (controllers.QPCC, linear),
         "QPCC.load": (controllers.QPCC.load, {"path": "none.npz"}),
         "Roll": (controllers.Roll, {"legs": (), "rim": "base"}),
+        "Roll.for_": (controllers.Roll.for_, {"character": muscled()}),
         "SolverOptions": (controllers.SolverOptions, {}),
+        "StepGains": (controllers.StepGains, {}),
         "Sway": (controllers.Sway, {}),
         "Walk": (controllers.Walk, {"gait": controllers.ONE_BY_ONE}),
+        **{
+            f"{name}.for_": (getattr(controllers, name).for_, {"character": muscled()})
+            for name in ("Balance", "Jump", "Walk")
+        },
         "clustered_patches": (controllers.clustered_patches, {"view": view()}),
         "enumerate_qpcc": (controllers.enumerate_qpcc, {"problem": problem()}),
         "ground_patches": (controllers.ground_patches, {"view": view(), "regions": ("base",)}),

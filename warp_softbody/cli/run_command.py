@@ -99,6 +99,11 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
         "contacts for static, or not at all",
     )
     parser.add_argument(
+        "--do",
+        choices=("balance", "walk", "crawl", "jump", "roll"),
+        help="what the character of a file, NAME.char, does (balance)",
+    )
+    parser.add_argument(
         "--set",
         metavar="KEY=VALUE",
         type=key_value,
@@ -186,7 +191,6 @@ def _simulation(plan: RunPlan, fps: float) -> Simulation:
     return Simulation(
         plan.scene.scene,
         None if plan.control is None else plan.scene.controller,
-        others=None if plan.control is None else plan.scene.others,
         options=plan.options,
         control_options=plan.control,
         fps=fps,

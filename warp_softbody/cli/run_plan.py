@@ -63,7 +63,10 @@ def plan_run(args: argparse.Namespace) -> RunPlan:
 
     file = scene_file(args)
     tuned = stored_settings(args) if file is None else None
-    plan = file.plan if file is not None else scenes.make(args.scene, scene_settings(args, tuned))
+    if file is not None:
+        plan = file.plan
+    else:
+        plan = scenes.make(args.scene, scene_settings(args, tuned), do=args.do)
     plan = replace(
         plan, scene=refined_scene(plan.scene, tuned.settings.refinements if tuned else 0)
     )
@@ -87,13 +90,12 @@ def _control(
     args: argparse.Namespace, plan: ScenePlan, tuned: Tuned | None, own: Mapping[str, Any]
 ) -> ControlOptions | None:
     given = given_options(args, ControlOptions)
-    controlled = plan.controller is not None or bool(plan.others)
-    if not controlled and args.controller not in (None, "none"):
+    if plan.controller is None and args.controller not in (None, "none"):
         raise InputError(
             f"--controller {args.controller}: scene {plan.name!r} has no controller, "
             "its body is passive"
         )
-    if not controlled or args.controller == "none":
+    if plan.controller is None or args.controller == "none":
         if given:
             flag = "--" + next(iter(given)).replace("_", "-")
             raise InputError(f"{flag} is for a controller, and nothing drives {plan.name!r} here")

@@ -27,7 +27,7 @@ def scene_file(args: argparse.Namespace) -> SceneFile | None:
         return None
     from warp_softbody import scene_files
 
-    for flag, given in (("--set", args.set), ("--error", args.error)):
+    for flag, given in (("--set", args.set), ("--error", args.error), ("--do", args.do)):
         if given:
             raise InputError(f"{flag} is for scenes that ship; {args.scene} says itself what it is")
     return scene_files.read(args.scene)

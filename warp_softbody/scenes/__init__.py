@@ -45,8 +45,13 @@ def names() -> tuple[str, ...]:
     return tuple(_HOMES)
 
 
-def recipe(name: str) -> SceneRecipe:
+def recipe(name: str, do: str | None = None) -> SceneRecipe:
     """Return the recipe of a scene, or that of a character's file (.char).
+
+    Args:
+        name: of a scene or a file.
+        do: what the character of a file does: "balance", which is usual, "walk", "crawl", "jump"
+            or "roll".
 
     Raises:
         InputError: an unknown name, with close matches; a file that holds no character.
@@ -55,8 +60,12 @@ def recipe(name: str) -> SceneRecipe:
         checks.refuse("name of a scene", "a text", name)
     if Path(name).suffix:
         home, attribute = "own_character", "recipe"
-        own: SceneRecipe = getattr(import_module(f"{__name__}.{home}"), attribute)(name)
+        own: SceneRecipe = getattr(import_module(f"{__name__}.{home}"), attribute)(name, do)
         return own
+    if do is not None:
+        raise InputError(
+            f"--do is for the character of a file, NAME.char, not for scene {checks.shown(name)}"
+        )
     if name not in _HOMES:
         raise InputError(
             f"there is no scene {checks.shown(name)}; {suggestion(name, list(_HOMES))}"
@@ -66,14 +75,17 @@ def recipe(name: str) -> SceneRecipe:
     return found
 
 
-def make(name: str, settings: Mapping[str, str | float] | None = None) -> ScenePlan:
+def make(
+    name: str, settings: Mapping[str, str | float] | None = None, do: str | None = None
+) -> ScenePlan:
     """Return a scene with its controller, ready to be run.
 
     Args:
         name: one of `names()`.
         settings: numbers, or texts that hold numbers, by name; see `recipe(name).settings`.
+        do: what the character of a file does (`recipe`).
 
     Raises:
         InputError: one sentence that names the scene or the setting at fault and what is known.
     """
-    return recipe(name).make({} if settings is None else settings)
+    return recipe(name, do).make({} if settings is None else settings)

@@ -24,6 +24,13 @@ HEAD = 0.9
 MOST_FEET = 8
 """Feet that are told apart; a body on more pieces stands on its base as a whole."""
 
+LEAST_TIPS = 3
+"""Limbs that lie on the floor of a body that is said to have feet."""
+
+SECTORS, ROUND, RIM = 12, 0.85, 0.8
+"""Sectors about y, the least reach of one over the greatest in which a body is round, and the share
+of it from which on skin is of the rim."""
+
 QUADRANTS = ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 """Signs of x and y, in the order of the patches of a base and of the fibres around a limb."""
 
@@ -31,10 +38,11 @@ QUADRANTS = ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 def shape_regions(mesh: TetMesh, limbs: Sequence[Limb]) -> dict[str, IntArray]:
     """Regions by name of a body that stands on z = 0.
 
-    `base` is what may touch the floor; `foot_0`, ... its pieces where there are several, in order
-    around the middle; `base_patch_0` to `_3` its quadrants about its middle (x and y: --, +-, -+,
-    ++); `head` the upper tenth and `head_top` its skin's top; `limb_0`, ... the limbs that end in a
-    tip, longest first.
+    `base` is what may touch the floor; `foot_0`, ... its pieces where there are several, or the
+    outer halves of three limbs or more that lie on it, in order around the middle; `base_patch_0`
+    to `_3` its quadrants about its middle (x and y: --, +-, -+, ++); `head` the upper tenth and
+    `head_top` its skin's top; `limb_0`, ... the limbs that end in a tip, longest first; `rim` the
+    outer skin of a body that is round about y.
     """
     height = float(mesh.points[:, 2].max())
     skin = np.zeros(len(mesh.points), dtype=bool)
@@ -45,7 +53,8 @@ def shape_regions(mesh: TetMesh, limbs: Sequence[Limb]) -> dict[str, IntArray]:
         "base": base,
         "head": z > HEAD * height,
         "head_top": skin & (z > (1.0 - SOLE) * height),
-        **_feet(mesh, base),
+        **_feet(mesh, base, limbs),
+        **_rim(mesh, skin),
         **_quadrants(mesh, base),
     }
     regions = {name: np.flatnonzero(mask).astype(np.int32) for name, mask in masks.items()}
@@ -53,8 +62,16 @@ def shape_regions(mesh: TetMesh, limbs: Sequence[Limb]) -> dict[str, IntArray]:
     return regions | {f"limb_{k}": limb.nodes.astype(np.int32) for k, limb in enumerate(tips)}
 
 
-def _feet(mesh: TetMesh, base: BoolArray) -> dict[str, BoolArray]:
-    """Pieces of the base that hang together along edges of the skin."""
+def _feet(mesh: TetMesh, base: BoolArray, limbs: Sequence[Limb]) -> dict[str, BoolArray]:
+    """Pieces of the base, else the outer parts of limbs that lie on it, around its middle."""
+    feet = _pieces(mesh, base) or _lying_tips(mesh, base, limbs)
+    middle = mesh.points[base, :2].mean(axis=0)
+    feet.sort(key=lambda mask: _angle(mesh.points[mask, :2].mean(axis=0) - middle))
+    return {f"foot_{k}": mask for k, mask in enumerate(feet)}
+
+
+def _pieces(mesh: TetMesh, base: BoolArray) -> list[BoolArray]:
+    """Pieces of the base that hang together along edges of the skin; none of a single one."""
     edges = mesh.surface[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges = edges[base[edges].all(axis=1)]
     count = len(mesh.points)
@@ -62,11 +79,35 @@ def _feet(mesh: TetMesh, base: BoolArray) -> dict[str, BoolArray]:
     piece = connected_components(graph, directed=False)[1]
     numbers = np.unique(piece[base])
     if not 2 <= len(numbers) <= MOST_FEET:
+        return []
+    return [base & (piece == number) for number in numbers]
+
+
+def _lying_tips(mesh: TetMesh, base: BoolArray, limbs: Sequence[Limb]) -> list[BoolArray]:
+    """The outer halves of limbs that lie on the base, where there are three of them or more."""
+    away = np.linalg.norm(mesh.points[:, :2] - mesh.points[base, :2].mean(axis=0), axis=1)
+    tips = []
+    for limb in limbs:
+        own = np.zeros(len(base), dtype=bool)
+        own[limb.nodes] = base[limb.nodes]
+        if limb.ends and own.any():
+            tips.append(own & (away >= 0.5 * away[own].max()))
+    return tips if LEAST_TIPS <= len(tips) <= MOST_FEET else []
+
+
+def _rim(mesh: TetMesh, skin: BoolArray) -> dict[str, BoolArray]:
+    """The outer skin of a body that is as far from its middle in all directions across y."""
+    x, z = mesh.points[skin][:, [0, 2]].T
+    x, z = x - 0.5 * (x.min() + x.max()), z - 0.5 * (z.min() + z.max())
+    away = np.hypot(x, z)
+    sector = np.floor(SECTORS * (np.arctan2(z, x) / (2.0 * np.pi) + 0.5)).astype(int) % SECTORS
+    reach = np.zeros(SECTORS)
+    np.maximum.at(reach, sector, away)
+    if reach.min() < ROUND * reach.max():
         return {}
-    pieces = [base & (piece == number) for number in numbers]
-    middle = mesh.points[base, :2].mean(axis=0)
-    pieces.sort(key=lambda mask: _angle(mesh.points[mask, :2].mean(axis=0) - middle))
-    return {f"foot_{k}": mask for k, mask in enumerate(pieces)}
+    rim = np.zeros(len(skin), dtype=bool)
+    rim[np.flatnonzero(skin)] = away > RIM * reach.max()
+    return {"rim": rim}
 
 
 def _angle(way: npt.NDArray[np.float64]) -> float:

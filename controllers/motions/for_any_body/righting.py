@@ -1,0 +1,28 @@
+"""What turns a body back to the orientation that it had at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.world.view import BodyView
+
+
+def righting(view: BodyView, turn: float, spin: float) -> FloatArray:
+    """Rate of angular momentum (3,) N m by which the body comes back to its rest orientation.
+
+    ``sum m a x r`` of the arms a at rest and r now is, of a body that has turned by a small vector,
+    that vector times moments of inertia.
+
+    Args:
+        view: of this step.
+        turn: 1/s^2, of what it has turned.
+        spin: 1/s, decay of the angular momentum that it has.
+    """
+    rest = view.scene.character.mesh.points
+    masses, positions = view.masses[: len(rest)], view.positions[: len(rest)]
+    arms = rest - masses @ rest / view.mass
+    moments = (masses[:, None] * arms).T @ (positions - view.center_of_mass)
+    across = moments - moments.T
+    turned = np.array([across[1, 2], across[2, 0], across[0, 1]])
+    return np.asarray(-turn * turned - spin * view.angular_momentum)

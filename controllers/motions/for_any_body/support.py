@@ -1,0 +1,49 @@
+"""The area over which a body stands, seen from above, and the way that brings a point over it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+
+
+def hull(points: FloatArray) -> FloatArray:
+    """Corners (h, 2) of the convex hull of points (n, 2), counterclockwise (Andrew 1979)."""
+    ordered = np.unique(points, axis=0)
+    if len(ordered) < 3:
+        return ordered
+    sides = [_half(ordered), _half(ordered[::-1])]
+    return np.concatenate([side[:-1] for side in sides])
+
+
+def _half(ordered: FloatArray) -> FloatArray:
+    kept: list[FloatArray] = []
+    for point in ordered:
+        while len(kept) > 1 and _cross(kept[-1] - kept[-2], point - kept[-1]) <= 0.0:
+            kept.pop()
+        kept.append(point)
+    return np.array(kept)
+
+
+def _cross(one: FloatArray, other: FloatArray) -> float:
+    return float(one[0] * other[1] - one[1] * other[0])
+
+
+def nearest_in(corners: FloatArray, point: FloatArray) -> FloatArray:
+    """The point (2,) of a convex polygon with corners (h, 2), counterclockwise, that is nearest."""
+    ahead = np.roll(corners, -1, axis=0)
+    sides = ahead - corners
+    if len(corners) > 2 and all(
+        _cross(side, point - corner) >= 0.0 for corner, side in zip(corners, sides, strict=True)
+    ):
+        return np.array(point)
+    lengths = np.square(sides).sum(axis=1)
+    along = np.einsum("ij,ij->i", point - corners, sides) / np.where(lengths > 0.0, lengths, 1.0)
+    places = corners + np.clip(along, 0.0, 1.0)[:, None] * sides
+    return np.asarray(places[np.square(places - point).sum(axis=1).argmin()])
+
+
+def drawn_together(corners: FloatArray, margin: float) -> FloatArray:
+    """Corners (h, 2) nearer to their mean by a share ``margin``."""
+    middle = corners.mean(axis=0)
+    return np.asarray(middle + (1.0 - margin) * (corners - middle))
