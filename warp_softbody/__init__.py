@@ -29,6 +29,12 @@ if TYPE_CHECKING:
     from warp_softbody.run.recorder import Recorder
     from warp_softbody.run.simulation import Simulation
     from warp_softbody.stage_exports import StageWriter
+    from warp_softbody.world.force_fields import (
+        DragField,
+        ForceField,
+        RadialField,
+        UniformField,
+    )
     from warp_softbody.world.frame import ContactSample, Frame
     from warp_softbody.world.ground import Plane
     from warp_softbody.world.handles import Handle
@@ -54,8 +60,10 @@ _NAMES = {
     "ControlOptions": "controllers.control_options",
     "ControlProblem": "engine.reduced_dynamics",
     "DirectionalFriction": "body.directional_friction",
+    "DragField": "world.force_fields",
     "Fiber": "body.muscles",
     "FiberKind": "body.muscles",
+    "ForceField": "world.force_fields",
     "Frame": "world.frame",
     "Handle": "world.handles",
     "HeightField": "world.height_field",
@@ -65,6 +73,7 @@ _NAMES = {
     "MuscleGroup": "body.muscles",
     "Plane": "world.ground",
     "Push": "world.scene",
+    "RadialField": "world.force_fields",
     "Recorder": "run.recorder",
     "ReducedDynamics": "engine.reduced_dynamics",
     "Scene": "world.scene",
@@ -77,6 +86,7 @@ _NAMES = {
     "Stepper": "engine.stepper",
     "TetMesh": "body.mesh",
     "TriangleGround": "world.triangle_ground",
+    "UniformField": "world.force_fields",
     "build_model": "engine.model",
     "placed": "world.joined_bodies",
 }
@@ -94,8 +104,10 @@ __all__ = [
     "ControlOptions",
     "ControlProblem",
     "DirectionalFriction",
+    "DragField",
     "Fiber",
     "FiberKind",
+    "ForceField",
     "Frame",
     "Handle",
     "HeightField",
@@ -105,6 +117,7 @@ __all__ = [
     "MuscleGroup",
     "Plane",
     "Push",
+    "RadialField",
     "Recorder",
     "ReducedDynamics",
     "Scene",
@@ -117,6 +130,7 @@ __all__ = [
     "Stepper",
     "TetMesh",
     "TriangleGround",
+    "UniformField",
     "build_model",
     "characters",
     "controllers",

@@ -161,6 +161,12 @@ def engine(folder: Path) -> Samples:
             wsb.Handle,
             {"region": "head", "path": wsb.MotionPath.straight((1.0, 0.0, 0.0))},
         ),
+        "UniformField": (wsb.UniformField, {"acceleration": (1.0, 0.0, 0.0), "period": 1.0}),
+        "RadialField": (
+            wsb.RadialField,
+            {"center": (0.0, 0.0, 0.0), "acceleration": -1.0, "distance": 1.0},
+        ),
+        "DragField": (wsb.DragField, {"rate": 1.0}),
         "MotionPath": (
             wsb.MotionPath,
             {"times": (0.0, 1.0), "shifts": np.eye(3)[:2], "center": (0.0, 0.0, 0.0)},
@@ -327,6 +333,6 @@ def exports(folder: Path) -> Samples:
 
 OUTPUTS = {
     *("ControlProblem", "Model", "Measures", "Take", "FullForm", "QPCCResult", "GeneralResult"),
-    *("ContactMultipliers", "GeneralMultipliers", "Controller"),
+    *("ForceField", "ContactMultipliers", "GeneralMultipliers", "Controller"),
 }
 """Classes that users are handed and do not make, and a protocol."""

@@ -9,7 +9,17 @@ from typing import Any
 import pytest
 
 from tests.docs.pages import ROOT
-from warp_softbody import HeightField, Material, MotionPath, Plane, Push, TriangleGround
+from warp_softbody import (
+    DragField,
+    HeightField,
+    Material,
+    MotionPath,
+    Plane,
+    Push,
+    RadialField,
+    TriangleGround,
+    UniformField,
+)
 from warp_softbody.scene_files.bodies import FRICTION, OWN, PLACE, START
 from warp_softbody.scene_files.motions import KINDS
 from warp_softbody.scene_files.reading import KEYS, WORLD
@@ -17,7 +27,11 @@ from warp_softbody.scene_files.scene_file import RunOutput
 from warp_softbody.scene_files.shapes import OF_SURFACE, SHAPES
 
 PAGE = (ROOT / "docs" / "scene-files.md").read_text(encoding="utf-8")
-RECORDS = (Plane, HeightField, TriangleGround, Material, Push, MotionPath, RunOutput)
+FIELD_KINDS = (UniformField, RadialField, DragField)
+RECORDS = (
+    *(Plane, HeightField, TriangleGround, Material, Push, MotionPath, RunOutput),
+    *FIELD_KINDS,
+)
 
 
 def in_code(key: str) -> bool:

@@ -1,4 +1,4 @@
-"""Pushes of a scene, and forces applied beside them, as forces on its nodes, step by step."""
+"""Pushes, force fields and forces applied beside them, as forces on a scene's nodes."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import numpy as np
 
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.engine.model import Model
-from warp_softbody.engine.state import Control
+from warp_softbody.engine.state import Control, State
 from warp_softbody.run.applied_forces import AppliedForce
+from warp_softbody.run.field_forces import FieldForces
 
 
 class Pushes:
-    """Writes the forces that act in a step: of the scene's pushes, and those applied beside them.
+    """Writes the forces that act in a step: of the scene's pushes and fields, and those beside.
 
     Attributes:
         applied: beside the pushes; those that are zero do not act.
@@ -23,12 +24,13 @@ class Pushes:
         pushes = model.scene.pushes
         times = [(push.start, push.start + push.duration) for push in pushes]
         self._times = np.array(times, dtype=float).reshape(-1, 2).T
-        self._pushed = bool(pushes)
+        self._pushed = bool(pushes or model.scene.fields)
+        self._fields = FieldForces(model)
         self.applied: list[AppliedForce] = []
         self._views = HostViews()
         self._acting = False
 
-    def apply(self, control: Control, time: float) -> bool:
+    def apply(self, control: Control, state: State, time: float) -> bool:
         """Set the forces, averaged over the step that begins at a time, s; whether there are any.
 
         `Control.external_forces` is left alone while nothing pushes, so that a user may set it.
@@ -41,7 +43,8 @@ class Pushes:
         shares = [(scene.pushes[i], scene.pushes[i].share(time, time + dt)) for i in near]
         acting = [(push, share) for push, share in shares if share > 0.0]
         applied = [force for force in self.applied if force.acts]
-        if not acting and not applied and not self._acting:
+        fields = self._fields.acting(time)
+        if not (acting or applied or fields or self._acting):
             return False
         forces = np.zeros((self._model.node_count, 3))
         for push, share in acting:
@@ -50,6 +53,7 @@ class Pushes:
             forces[nodes] += np.outer(masses / masses.sum(), push.force) * share
         for force in applied:
             force.add_to(forces)
+        self._fields.add_to(forces, state, fields)
         self._views.write(control.external_forces, forces)
-        self._acting = bool(acting or applied)
+        self._acting = bool(acting or applied or fields)
         return self._acting

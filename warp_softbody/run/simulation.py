@@ -287,7 +287,7 @@ class Simulation:
     def _begin_step(self) -> None:
         self._begun = None
         clock = StepClock()
-        pushed = self._pushes.apply(self.control, self.time)
+        pushed = self._pushes.apply(self.control, self._state, self.time)
         wanted = self._goals()
         clock.mark("control")
         moved = self._handles.apply(self.control, self._state, self.time)

@@ -1,11 +1,13 @@
-"""Pushes and handles of a scene file."""
+"""Pushes, handles and force fields of a scene file."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from warp_softbody.errors import InputError
 from warp_softbody.scene_files.records import record_of, table_of
 from warp_softbody.scene_files.tables import Table
+from warp_softbody.world.force_fields import DragField, ForceField, RadialField, UniformField
 from warp_softbody.world.handles import Handle
 from warp_softbody.world.motion_path import MotionPath
 from warp_softbody.world.scene import Push
@@ -26,6 +28,34 @@ def _handle(table: Table) -> Handle:
     table.needed("path")
     with table.explained():
         return Handle(region=table.needed("region"), path=path_of(table.table("path")))
+
+
+FIELDS: dict[str, type[ForceField]] = {
+    "uniform": UniformField,
+    "radial": RadialField,
+    "drag": DragField,
+}
+
+
+def fields_of(tables: list[Table]) -> tuple[ForceField, ...]:
+    """The fields of [[fields]]."""
+    return tuple(
+        record_of(FIELDS[table.choice("kind", FIELDS)], table, also=("kind",)) for table in tables
+    )
+
+
+def table_of_field(field: ForceField) -> dict[str, Any]:
+    """What `fields_of` makes the same field of.
+
+    Raises:
+        InputError: it is none of those of the package.
+    """
+    kind = next((name for name, known in FIELDS.items() if type(field) is known), None)
+    if kind is None:
+        raise InputError(
+            f"a {type(field).__name__} cannot be written to a file, only fields of the package"
+        )
+    return {"kind": kind, **table_of(field)}
 
 
 def path_of(table: Table) -> MotionPath:

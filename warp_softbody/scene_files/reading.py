@@ -14,18 +14,18 @@ from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.scene_files.bodies import body_of
 from warp_softbody.scene_files.grounds import ground_of
 from warp_softbody.scene_files.motions import controller_of
-from warp_softbody.scene_files.moving import handles_of, pushes_of
+from warp_softbody.scene_files.moving import fields_of, handles_of, pushes_of
 from warp_softbody.scene_files.records import record_of
 from warp_softbody.scene_files.scene_file import RunOutput, SceneFile
 from warp_softbody.scene_files.tables import Table, read_tables
 from warp_softbody.scenes.plan import ScenePlan
-from warp_softbody.world.handles import nodes_of_handles
+from warp_softbody.world.handles import nodes_named, nodes_of_handles
 from warp_softbody.world.scene import Scene
 
 EXTENSION = ".toml"
 TEXTS = ("name", "description")
 TABLES = ("world", "ground", "materials", "character", "controller", "options", "control", "output")
-ARRAYS = ("bodies", "pushes", "handles")
+ARRAYS = ("bodies", "pushes", "handles", "fields")
 KEYS = (*TEXTS, "seconds", *TABLES, *ARRAYS)
 WORLD = ("gravity", "body_friction", "self_contact")
 SECONDS, TIME_STEP = 3.0, 1.0 / 120.0
@@ -98,7 +98,14 @@ def _with_what_moves(scene: Scene, table: Table) -> Scene:
     for number, each in enumerate(handles):
         with each.explained():
             nodes_of_handles(held[: number + 1], whole, parts)
-    return replace(scene, pushes=acting, handles=held) if acting or held else scene
+    everywhere = fields_of(table.tables("fields"))
+    for field, each in zip(everywhere, table.tables("fields"), strict=True):
+        if field.region is not None:
+            with each.explained("region"):
+                nodes_named(field.region, whole, parts)
+    if not (acting or held or everywhere):
+        return scene
+    return replace(scene, pushes=acting, handles=held, fields=everywhere)
 
 
 def _options(table: Table, kind: type[Any]) -> dict[str, Any]:

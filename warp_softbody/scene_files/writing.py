@@ -18,7 +18,7 @@ from warp_softbody.inputs.records import same
 from warp_softbody.scene_files.beside import Beside
 from warp_softbody.scene_files.grounds import table_of_ground
 from warp_softbody.scene_files.motions import table_of_controller
-from warp_softbody.scene_files.moving import table_of_handle
+from warp_softbody.scene_files.moving import table_of_field, table_of_handle
 from warp_softbody.scene_files.reading import EXTENSION, TIME_STEP, WORLD
 from warp_softbody.scene_files.records import table_of
 from warp_softbody.scene_files.scene_file import RunOutput, SceneFile
@@ -76,6 +76,7 @@ def _tables(content: SceneFile, beside: Beside) -> dict[str, Any]:
         "bodies": [_body(body, beside) for body in scene.others],
         "pushes": [table_of(push, whole=True) for push in scene.pushes],
         "handles": [table_of_handle(handle) for handle in scene.handles],
+        "fields": [table_of_field(field) for field in scene.fields],
         "controller": None if plan.controller is None else table_of_controller(plan.controller),
         "options": options,
         "control": dict(content.control),

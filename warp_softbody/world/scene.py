@@ -11,8 +11,9 @@ import numpy.typing as npt
 from warp_softbody.body.character import Character
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import FrozenValue
+from warp_softbody.world.force_fields import ForceField
 from warp_softbody.world.ground import Ground, checked_ground
-from warp_softbody.world.handles import Handle, nodes_of_handles
+from warp_softbody.world.handles import Handle, nodes_named, nodes_of_handles
 from warp_softbody.world.joined_bodies import Body, Part, Vector, join, parts_of
 
 STANDARD_GRAVITY = 9.81
@@ -52,7 +53,7 @@ class Push:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Scene(FrozenValue):
-    """Everything that is simulated: bodies, ground, pushes, handles, gravity.
+    """Everything that is simulated: bodies, ground, gravity, and all that acts or moves.
 
     Attributes:
         character: the body; the one that a controller moves.
@@ -61,6 +62,7 @@ class Scene(FrozenValue):
         gravity: m/s^2.
         pushes: forces over time.
         handles: nodes that are moved along paths.
+        fields: forces by place, velocity and time, beside gravity.
         initial_velocity: of every node of the character, m/s.
         initial_spin: of the character about its centre of mass, rad/s.
         body_friction: Coulomb coefficient between bodies, and of a surface with itself.
@@ -73,6 +75,7 @@ class Scene(FrozenValue):
     gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
     pushes: tuple[Push, ...] = ()
     handles: tuple[Handle, ...] = ()
+    fields: tuple[ForceField, ...] = ()
     initial_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     initial_spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     body_friction: float = 0.5
@@ -88,6 +91,7 @@ class Scene(FrozenValue):
             gravity=checks.vector("Scene.gravity", self.gravity, unit="m/s^2"),
             pushes=checks.items("Scene.pushes", self.pushes, Push),
             handles=checks.items("Scene.handles", self.handles, Handle),
+            fields=checks.items("Scene.fields", self.fields, ForceField),  # type: ignore[type-abstract]
             initial_velocity=checks.vector(
                 "Scene.initial_velocity", self.initial_velocity, unit="m/s"
             ),
@@ -98,6 +102,9 @@ class Scene(FrozenValue):
         input_kinds.distinct("bodies of the scene", (body.name for body in self.characters))
         for push in self.pushes:
             self.whole.region(push.region)
+        for field in self.fields:
+            if field.region is not None:
+                nodes_named(field.region, self.whole, self.parts)
         # asked for once, so that a wrong region is told of here
         _ = self.handle_nodes
 

@@ -16,6 +16,7 @@ from warp_softbody.body.material import Material
 from warp_softbody.body.muscles import Fiber, MuscleGroup
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
+from warp_softbody.world.force_fields import DragField, ForceField, RadialField, UniformField
 from warp_softbody.world.ground import Ground, Plane
 from warp_softbody.world.handles import Handle
 from warp_softbody.world.height_field import HeightField
@@ -83,6 +84,7 @@ def similar_scene(scene: Scene, by: Similarity) -> Scene:
         ground=None if scene.ground is None else _ground(scene.ground, by.length),
         gravity=_times(scene.gravity, by.gravity),
         pushes=tuple(_push(push, by) for push in scene.pushes),
+        fields=tuple(_field(field, by) for field in scene.fields),
         handles=tuple(_handle(handle, by) for handle in scene.handles),
         initial_velocity=_times(scene.initial_velocity, by.speed),
         initial_spin=_times(scene.initial_spin, 1.0 / by.time),
@@ -131,6 +133,29 @@ def _push(push: Push, by: Similarity) -> Push:
         start=push.start * by.time,
         duration=push.duration * by.time,
     )
+
+
+def _field(field: ForceField, by: Similarity) -> ForceField:
+    timing = {
+        "start": field.start * by.time,
+        "duration": field.duration * by.time,
+        "period": None if field.period is None else field.period * by.time,
+    }
+    if isinstance(field, UniformField):
+        pull = _times(field.acceleration, by.gravity)
+        return replace(field, **timing, acceleration=pull)  # type: ignore[arg-type]
+    if isinstance(field, RadialField):
+        return replace(
+            field,
+            **timing,  # type: ignore[arg-type]
+            center=_times(field.center, by.length),
+            acceleration=field.acceleration * by.gravity,
+            distance=field.distance * by.length,
+        )
+    if isinstance(field, DragField):
+        wind, rate = _times(field.wind, by.speed), field.rate / by.time
+        return replace(field, **timing, wind=wind, rate=rate)  # type: ignore[arg-type]
+    raise InputError(f"a {type(field).__name__} cannot be scaled, only fields of the package")
 
 
 def _handle(handle: Handle, by: Similarity) -> Handle:
