@@ -10,6 +10,7 @@ import pytest
 from tests.support.bodies import box, muscular_bar
 from warp_softbody import HeightField, Material, MotionPath, Plane, TriangleGround, scene_files
 from warp_softbody.body.character import Character
+from warp_softbody.controllers.arguments import arguments_of
 from warp_softbody.errors import InputError
 from warp_softbody.scene_files.first_scene import TEXT
 from warp_softbody.scene_files.scene_file import SceneFile
@@ -107,6 +108,22 @@ def test_handles_take_short_paths(tmp_path: Path) -> None:
     one, other = written(tmp_path, text).plan.scene.handles
     assert one.path == MotionPath.straight((1.0, 0.0, 0.0))
     assert other.path == MotionPath.spinning(90.0, (1.0, 0.0, 0.0))
+
+
+def test_each_body_may_have_a_controller(tmp_path: Path) -> None:
+    letter = 'shape = "letter_i"\ncoarse = 1\n'
+    text = f'[character]\n{letter}[controller]\nkind = "balance"\n[[bodies]]\n{letter}'
+    text += 'name = "second"\ntranslation = [1.0, 0.0, 0.0]\n'
+    file = written(tmp_path, text + '[bodies.controller]\nkind = "balance"\nbase = "head"\n')
+    (other,) = file.plan.others.values()
+    known = arguments_of(other)
+    assert known is not None and known["base"] == "head"
+    scene_files.write(tmp_path / "again.toml", file)
+    again = scene_files.read(tmp_path / "again.toml").plan
+    assert again.scene == file.plan.scene
+    assert arguments_of(again.others["second"]) == known
+    with pytest.raises(InputError, match="there is no key 'controller'"):
+        written(tmp_path, f"[character]\n{letter}controller = 1\n")
 
 
 def test_options_and_output(tmp_path: Path) -> None:

@@ -61,6 +61,7 @@ def _facts(file: SceneFile) -> dict[str, Any]:
         "ground": None if scene.ground is None else type(scene.ground).__name__,
         "pushes": len(scene.pushes),
         "handles": len(scene.handles),
+        "controllers": len(plan.others) + (plan.controller is not None),
         "controller": None if plan.controller is None else type(plan.controller).__name__,
     }
 

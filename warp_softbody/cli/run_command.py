@@ -191,6 +191,7 @@ def _simulation(plan: RunPlan, fps: float) -> Simulation:
     return Simulation(
         plan.scene.scene,
         None if plan.control is None else plan.scene.controller,
+        others=None if plan.control is None else plan.scene.others,
         options=plan.options,
         control_options=plan.control,
         fps=fps,

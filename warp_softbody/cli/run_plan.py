@@ -90,12 +90,13 @@ def _control(
     args: argparse.Namespace, plan: ScenePlan, tuned: Tuned | None, own: Mapping[str, Any]
 ) -> ControlOptions | None:
     given = given_options(args, ControlOptions)
-    if plan.controller is None and args.controller not in (None, "none"):
+    controlled = plan.controller is not None or bool(plan.others)
+    if not controlled and args.controller not in (None, "none"):
         raise InputError(
             f"--controller {args.controller}: scene {plan.name!r} has no controller, "
             "its body is passive"
         )
-    if plan.controller is None or args.controller == "none":
+    if not controlled or args.controller == "none":
         if given:
             flag = "--" + next(iter(given)).replace("_", "-")
             raise InputError(f"{flag} is for a controller, and nothing drives {plan.name!r} here")

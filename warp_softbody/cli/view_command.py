@@ -141,6 +141,7 @@ def _plan(args: argparse.Namespace) -> LivePlan:
         name=plan.scene.name,
         scene=plan.scene.scene,
         controller=plan.scene.controller,
+        others=plan.scene.others,
         options=plan.options,
         control=plan.control,
     )

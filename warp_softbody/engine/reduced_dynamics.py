@@ -21,11 +21,18 @@ from warp_softbody.device.turns import shares_warp
 from warp_softbody.engine.block_solver import BlockSolver
 from warp_softbody.engine.free_turn import FreeTurn
 from warp_softbody.engine.native_maps import NativeMaps, StepMaps, native_maps_on
+from warp_softbody.engine.part_rows import (
+    of_own_segments,
+    part_named,
+    rows_of_whole,
+    weights_of_whole,
+)
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
-from warp_softbody.inputs.records import Value
+from warp_softbody.inputs.records import Value, unchecked_copy
 from warp_softbody.kernels.precision import BLOCK
+from warp_softbody.world.joined_bodies import Part
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -63,6 +70,13 @@ Maps = ControlProblem | StepMaps
 """One step's linear maps, with or without the rows that they belong to."""
 
 
+def of_own_body(problem: ControlProblem, rows: FloatArray, part: Part) -> ControlProblem:
+    """A problem whose rows (r, 3 own) and segments are those of one body."""
+    own = slice(3 * part.nodes.start, 3 * part.nodes.stop)
+    responses = problem.responses[:, own]
+    return of_own_segments(unchecked_copy(problem, rows=rows, responses=responses), part)
+
+
 class ReducedDynamics:
     """Solves M~ W = J^T for the controller, in blocks of 16 rows, starting from the last W."""
 
@@ -74,6 +88,7 @@ class ReducedDynamics:
         *,
         tolerance: float = 1e-3,
         max_iterations: int = 400,
+        body: str | None = None,
     ) -> None:
         """Work arrays for up to ``row_capacity`` rows of J; they grow when more are asked for.
 
@@ -82,6 +97,8 @@ class ReducedDynamics:
             row_capacity: rows of J.
             tolerance: relative residual of each row at which its solve stops.
             max_iterations: of one block solve; one that needs more is not converged.
+            body: name of a body whose nodes rows are of, and whose segments maps are of, as if it
+                were alone; None for all bodies.
         """
         checks.instance("stepper of a ReducedDynamics", stepper, Stepper)
         row_capacity = checks.whole(
@@ -92,6 +109,7 @@ class ReducedDynamics:
             "max_iterations of a ReducedDynamics", max_iterations, low=1
         )
         self._stepper = stepper
+        self._part = None if body is None else part_named(stepper.model.scene, body)
         self._views = HostViews()
         self._blocks = BlockSolver(stepper, row_capacity, tolerance, self._most_iterations)
         on = native_maps_on(stepper.model)
@@ -114,12 +132,20 @@ class ReducedDynamics:
         ``free`` says that nothing touches the body, so that the step keeps its angular momentum.
         """
         model = self._stepper.model
+        part, count = self._part, model.node_count
+        own = count if part is None else part.nodes.stop - part.nodes.start
         rows = array_checks.array("rows of a ReducedDynamics", rows, (None, None))
-        if rows.ndim != 2 or rows.shape[1] != 3 * model.node_count:
+        if rows.ndim != 2 or rows.shape[1] != 3 * own:
             raise InputError(
-                f"reduced dynamics take rows of {3 * model.node_count} numbers, "
-                f"got shape {rows.shape}"
+                f"reduced dynamics take rows of {3 * own} numbers, got shape {rows.shape}"
             )
+        if part is None:
+            return self._solve(rows, free=free)
+        return of_own_body(self._solve(rows_of_whole(rows, part, count), free=free), rows, part)
+
+    def _solve(self, rows: FloatArray, *, free: bool) -> ControlProblem:
+        """The maps of rows of all nodes."""
+        model = self._stepper.model
         self._stepper.follow_plan()
         turn = self._free_turn(rows) if free else None
         left = rows if turn is None else turn.rows
@@ -187,7 +213,15 @@ class ReducedDynamics:
         if self._native is None or self._stepper.handled is not None:
             return None
         self._stepper.follow_plan()
-        return self._native.solve(rows, weights, frames)
+        part, count = self._part, self._stepper.model.node_count
+        if part is None:
+            return self._native.solve(rows, weights, frames)
+        found = self._native.solve(
+            [rows_of_whole(each, part, count) for each in rows],
+            [weights_of_whole(each, part, count) for each in weights],
+            frames,
+        )
+        return None if found is None else of_own_segments(found, part)
 
     def _free_turn(self, rows: FloatArray) -> FreeTurn | None:
         """What the step's balance of spin does to rows; None where it does nothing."""

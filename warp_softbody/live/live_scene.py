@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ class LivePlan:
         controller: what is wanted of it, fresh for one run; None for a passive body.
         options: of the engine.
         control: of the control solver; None where nothing drives the muscles.
+        others: controllers of bodies beside the character, by their names, likewise.
     """
 
     name: str
@@ -34,6 +35,7 @@ class LivePlan:
     controller: Controller | None
     options: SimulationOptions
     control: ControlOptions | None
+    others: Mapping[str, Controller] = field(default_factory=dict)
 
 
 class LiveScene:
@@ -53,7 +55,8 @@ class LiveScene:
         self._fps = fps
         self.plan = make()
         scene = self.plan.scene
-        muscular = self.plan.controller is not None and scene.whole.segment_count > 0
+        driven = self.plan.controller is not None or bool(self.plan.others)
+        muscular = driven and scene.whole.segment_count > 0
         self.methods = (*METHODS, NO_CONTROL) if muscular else (NO_CONTROL,)
         control = self.plan.control
         self.method = control.method if muscular and control is not None else NO_CONTROL
@@ -76,6 +79,7 @@ class LiveScene:
         return Simulation(
             self._scene(),
             self.plan.controller if driven else None,
+            others=self.plan.others if driven else None,
             options=self.plan.options,
             control_options=replace(control, method=chosen),
             fps=self._fps,

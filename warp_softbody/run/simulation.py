@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.control_options import ControlOptions, Method
-from warp_softbody.controllers.control_solver import ControlSolver, Decision
+from warp_softbody.controllers.control_solver import Decision
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
@@ -20,7 +19,6 @@ from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.model import Model, build_model
 from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.engine.snapshots import Snapshots
 from warp_softbody.engine.state import SLACK, Contacts, Control, State
 from warp_softbody.engine.step_statistics import StepClock, StepStatistics
@@ -29,6 +27,7 @@ from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.run.applied_forces import AppliedForce, applied_force
 from warp_softbody.run.continuation import copy_motion, require_same_bodies
+from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
 from warp_softbody.run.handle_motion import HandleMotion
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
@@ -41,6 +40,9 @@ from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.scene import Scene
 from warp_softbody.world.standing import standing_contacts
 from warp_softbody.world.view import BodyView
+
+Wish = tuple[ControlledBody, BodyView, Goals]
+"""A body, what its controller saw, and what it wants."""
 
 
 class Simulation:
@@ -64,6 +66,7 @@ class Simulation:
         scene: Scene,
         controller: Controller | None = None,
         *,
+        others: Mapping[str, Controller] | None = None,
         options: SimulationOptions | None = None,
         control_options: ControlOptions | None = None,
         time_step: float | None = None,
@@ -80,6 +83,8 @@ class Simulation:
         Args:
             scene: what is simulated.
             controller: what is wanted of its character; None for a passive one.
+            others: controllers of bodies beside the character, by their names, each for one body.
+                Controllers then see their own body alone, and do not know of each other.
             options: of the engine.
             control_options: of the control solver.
             time_step: s, in place of that of the options.
@@ -99,12 +104,13 @@ class Simulation:
         checks.instance("scene of a Simulation", scene, Scene)
         if controller is not None:
             input_kinds.controller("controller of a Simulation", controller)
+        others = {} if others is None else input_kinds.mapping("others of a Simulation", others)
         input_kinds.name("name of a Simulation", name)
         settings = RunSettings.of(
             options,
             control_options,
             scene=scene,
-            controlled=controller is not None,
+            controlled=controller is not None or bool(others),
             time_step=time_step,
             fps=fps,
             method=method,
@@ -120,7 +126,9 @@ class Simulation:
         self._after = State.at_rest(self.model)
         self.control = Control.slack(self.model)
         self.contacts = Contacts.none(self.model)
-        self._control_solver = None if controller is None else self._solver_for(controller)
+        self._controlled = controlled_bodies(
+            *(self.stepper, self.control_options, controller, others, name)
+        )
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
         self._decision: Decision | None = None
         self._snapshots = Snapshots(self.model)
@@ -149,23 +157,6 @@ class Simulation:
         self._steps = other._steps
         self._handles.go_on_from(self._state, self.time)
         self._set_lengths(other._rest_lengths.copy())
-
-    def _solver_for(self, controller: Controller) -> ControlSolver | None:
-        """What finds the activations that serve a controller; None without muscles."""
-        if not self.model.segment_count:
-            warnings.warn(
-                f"{self.name!r} has no muscles, so its controller is never asked",
-                # the caller of the decorated constructor
-                stacklevel=4,
-            )
-            return None
-        options = self.control_options
-        dynamics = ReducedDynamics(
-            self.stepper,
-            tolerance=options.response_tolerance,
-            max_iterations=options.max_response_iterations,
-        )
-        return ControlSolver(controller, dynamics, options)
 
     @property
     def time(self) -> float:
@@ -298,14 +289,14 @@ class Simulation:
             self._log.wall += clock.total
             return
         self._decision = None
-        if wanted is None and self._control_solver is not None:
+        if wanted is None and self._controlled:
             # known before the step, whose matrix then has no muscles in it
             self._set_lengths(SLACK * self.model.muscles.rest_lengths)
         # what a controller decides in is several graphs anyway
         timed = self._timed or wanted is not None
         self.stepper.advance(
             *(self._state, self.control, self.contacts, self._after),
-            decide=None if wanted is None else lambda: self._decide(*wanted),
+            decide=None if wanted is None else lambda: self._decide(wanted),
             clock=clock if timed else None,
         )
         clock.mark("contact" if timed else WHOLE)
@@ -379,7 +370,7 @@ class Simulation:
             frames=self._frames,
             simulated_seconds=self.time,
             slept_steps=self._sleep.slept,
-            controlled=self._control_solver is not None,
+            controlled=bool(self._controlled),
             status=self._status,
             stage=stage,
         )
@@ -393,37 +384,45 @@ class Simulation:
         """The state as a controller sees it."""
         return self._snapshots.view(self._state, self.contacts, self._rest_lengths, self.time)
 
-    def _goals(self) -> tuple[BodyView, Goals] | None:
-        """What the controller wants of the step, and what it saw."""
-        if self._control_solver is None:
+    def _goals(self) -> list[Wish] | None:
+        """What controllers want of the step, and what they saw; None where none wants anything."""
+        if not self._controlled:
             return None
-        view = self.view()
-        try:
-            goals = self._control_solver.goals(view)
-        except InputError as error:
-            raise InputError(
-                f"{error} (asked for by the controller at step {self._steps}, {self.time:.4g} s)"
-            ) from error
-        return None if goals is None else (view, goals)
+        whole, found = self.view(), []
+        for body in self._controlled:
+            view = body.view(whole)
+            try:
+                goals = body.goals(view)
+            except InputError as error:
+                raise InputError(
+                    f"{error} (asked for by the controller at step {self._steps}, "
+                    f"{self.time:.4g} s)"
+                ) from error
+            if goals is not None:
+                found.append((body, view, goals))
+        return found or None
 
-    def _decide(self, view: BodyView, goals: Goals) -> None:
-        """Set the muscles of the step whose matrix is assembled."""
-        assert self._control_solver is not None
-        try:
-            decision = self._control_solver.decide(view, goals)
-        except InputError as error:
-            raise InputError(
-                f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
-            ) from error
-        self._decision = decision
-        if not np.isfinite(decision.rest_lengths).all():
+    def _decide(self, wishes: list[Wish]) -> None:
+        """Set the muscles of the step whose matrix is assembled; those of limp bodies are slack."""
+        lengths = SLACK * self.model.muscles.rest_lengths
+        for body, view, goals in wishes:
+            try:
+                decision = body.decide(view, goals)
+            except InputError as error:
+                raise InputError(
+                    f"{error} (step {self._steps}, {self.time:.4g} s of {self.name!r})"
+                ) from error
+            if body is self._controlled[0]:
+                self._decision = decision
+            lengths[body.segments] = decision.rest_lengths
+        if not np.isfinite(lengths).all():
             raise NotFiniteError(
                 f"an activation is not finite at step {self._steps} ({self.time:.4f} s) of "
                 f"{self.name!r}",
                 step=self._steps,
                 time=self.time,
             )
-        self._set_lengths(decision.rest_lengths)
+        self._set_lengths(lengths)
 
     def _set_lengths(self, lengths: FloatArray) -> None:
         self._rest_lengths = lengths

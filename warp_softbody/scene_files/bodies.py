@@ -23,11 +23,15 @@ OWN = ("name", "material", "materials", "strengths", "muscles", "regions", "fixe
 FRICTION = "directional_friction"
 PLACE = ("translation", "axis", "degrees")
 START = ("velocity", "spin")
+CONTROLLER = "controller"
 
 
-def body_of(table: Table, materials: Mapping[str, Material]) -> Body:
-    """The body of a table, where it stands and as it moves at the start."""
-    table.only((*keys_of_shape(table), *OWN, FRICTION, *PLACE, *START))
+def body_of(table: Table, materials: Mapping[str, Material], *also: str) -> Body:
+    """The body of a table, where it stands and as it moves at the start.
+
+    Keys that are read elsewhere are given as ``also``.
+    """
+    table.only((*keys_of_shape(table), *OWN, FRICTION, *PLACE, *START, *also))
     character = character_of_shape(table, table.text("name"))
     character = _dressed(character, table, materials)
     with table.explained():

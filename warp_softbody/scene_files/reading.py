@@ -8,10 +8,11 @@ from typing import Any
 
 from warp_softbody.body.material import Material
 from warp_softbody.controllers.control_options import ControlOptions
+from warp_softbody.controllers.controller import Controller
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks, input_kinds
-from warp_softbody.scene_files.bodies import body_of
+from warp_softbody.scene_files.bodies import CONTROLLER, body_of
 from warp_softbody.scene_files.grounds import ground_of
 from warp_softbody.scene_files.motions import controller_of
 from warp_softbody.scene_files.moving import fields_of, handles_of, pushes_of
@@ -55,6 +56,7 @@ def read_scene_file(path: str | Path) -> SceneFile:
             seconds=checks.number("seconds", table.take("seconds", SECONDS), above=0.0, unit="s"),
             time_step=options.get("time_step", TIME_STEP),
             settings={},
+            others=_others(table, scene),
         )
     return SceneFile(
         plan=plan,
@@ -72,7 +74,7 @@ def _scene(table: Table) -> Scene:
     first = body_of(table.table("character"), known)
     world = table.table("world")
     world.only(WORLD)
-    bodies = [body_of(each, known) for each in table.tables("bodies")]
+    bodies = [body_of(each, known, CONTROLLER) for each in table.tables("bodies")]
     ground = ground_of(table.table("ground")) if "ground" in table else None
     with world.explained(), table.explained():
         still = Scene(
@@ -106,6 +108,15 @@ def _with_what_moves(scene: Scene, table: Table) -> Scene:
     if not (acting or held or everywhere):
         return scene
     return replace(scene, pushes=acting, handles=held, fields=everywhere)
+
+
+def _others(table: Table, scene: Scene) -> dict[str, Controller]:
+    """The controllers of [[bodies]], by the names of these."""
+    return {
+        body.character.name: controller_of(each.table(CONTROLLER), body.character)
+        for each, body in zip(table.tables("bodies"), scene.others, strict=True)
+        if CONTROLLER in each
+    }
 
 
 def _options(table: Table, kind: type[Any]) -> dict[str, Any]:

@@ -96,10 +96,11 @@ class SceneFile:
     def simulation(self) -> Simulation:
         """The scene in motion, with the controller of the plan, so for one run."""
         options = SimulationOptions(**{"time_step": self.plan.time_step, **self.options})
-        controlled = self.plan.controller is not None
+        controlled = self.plan.controller is not None or bool(self.plan.others)
         return Simulation(
             self.plan.scene,
             self.plan.controller,
+            others=self.plan.others,
             options=options,
             control_options=ControlOptions(**self.control) if controlled else None,
             fps=self.output.fps,

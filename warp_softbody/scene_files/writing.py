@@ -73,7 +73,7 @@ def _tables(content: SceneFile, beside: Beside) -> dict[str, Any]:
         "world": _world(scene),
         "ground": None if scene.ground is None else table_of_ground(scene.ground, beside),
         "character": _body(first, beside),
-        "bodies": [_body(body, beside) for body in scene.others],
+        "bodies": [_other(plan, body, beside) for body in scene.others],
         "pushes": [table_of(push, whole=True) for push in scene.pushes],
         "handles": [table_of_handle(handle) for handle in scene.handles],
         "fields": [table_of_field(field) for field in scene.fields],
@@ -83,6 +83,13 @@ def _tables(content: SceneFile, beside: Beside) -> dict[str, Any]:
         "output": table_of(content.output, base=RunOutput()),
     }
     return {key: value for key, value in found.items() if value not in (None, [], {})}
+
+
+def _other(plan: ScenePlan, body: Body, beside: Beside) -> dict[str, Any]:
+    """A further body, with its controller."""
+    controller = plan.others.get(body.character.name)
+    own = {} if controller is None else {"controller": table_of_controller(controller)}
+    return _body(body, beside) | own
 
 
 def _world(scene: Scene) -> dict[str, Any]:

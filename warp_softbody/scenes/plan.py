@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from warp_softbody.controllers.controller import Controller
@@ -72,6 +72,7 @@ class ScenePlan:
         seconds: usual length, s.
         time_step: usual time step, s.
         settings: every setting as used.
+        others: controllers of bodies beside the character, by their names, likewise.
     """
 
     name: str
@@ -81,6 +82,7 @@ class ScenePlan:
     seconds: float
     time_step: float
     settings: Mapping[str, float]
+    others: Mapping[str, Controller] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what cannot be run."""
@@ -91,6 +93,8 @@ class ScenePlan:
             input_kinds.controller("ScenePlan.controller", self.controller)
         checks.settle(self, positive=("seconds", "time_step"))
         input_kinds.mapping("ScenePlan.settings", self.settings)
+        for body, other in input_kinds.mapping("ScenePlan.others", self.others).items():
+            input_kinds.controller(f"controller of {body!r} in ScenePlan.others", other)
 
 
 Values = Mapping[str, float]

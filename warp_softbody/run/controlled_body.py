@@ -1,0 +1,139 @@
+"""A body with a controller: what it sees, what it wants, and the muscles that are its own."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from warp_softbody.controllers.control_options import ControlOptions
+from warp_softbody.controllers.control_solver import ControlSolver, Decision
+from warp_softbody.controllers.controller import Controller, Goals
+from warp_softbody.engine.part_rows import part_named
+from warp_softbody.engine.reduced_dynamics import ReducedDynamics
+from warp_softbody.engine.stepper import Stepper
+from warp_softbody.errors import InputError
+from warp_softbody.inputs import input_kinds
+from warp_softbody.inputs.records import unchecked
+from warp_softbody.world.scene import Scene
+from warp_softbody.world.view import BodyView
+
+
+class ControlledBody:
+    """Asks one controller in every step; each body of a scene may have one.
+
+    With a name the controller sees its body as if it were alone on the ground: its nodes, its
+    regions and its muscles, numbered from 0. What other bodies do to it, it does not know.
+
+    Attributes:
+        segments: of all muscles, those that it decides on.
+    """
+
+    def __init__(
+        self,
+        stepper: Stepper,
+        controller: Controller,
+        options: ControlOptions,
+        name: str | None = None,
+    ) -> None:
+        """Control the body of a name; None for the character, beside which none is controlled."""
+        scene = stepper.model.scene
+        self._part = None if name is None else part_named(scene, name)
+        self.segments = slice(None) if self._part is None else self._part.segments
+        self._alone = None if name is None else _alone(scene, name)
+        self._workroom: dict[Any, Any] | None = {} if stepper.model.options.native_code else None
+        dynamics = ReducedDynamics(
+            stepper,
+            tolerance=options.response_tolerance,
+            max_iterations=options.max_response_iterations,
+            body=name,
+        )
+        masses = stepper.model.masses
+        self._masses = masses if self._part is None else masses[self._part.nodes]
+        self._solver = ControlSolver(controller, dynamics, options)
+
+    def view(self, whole: BodyView) -> BodyView:
+        """What the controller sees of a view of all bodies."""
+        part = self._part
+        if part is None:
+            return whole
+        return unchecked(
+            BodyView,
+            scene=self._alone,
+            time=whole.time,
+            time_step=whole.time_step,
+            masses=self._masses,
+            positions=np.ascontiguousarray(whole.positions[part.nodes]),
+            velocities=np.ascontiguousarray(whole.velocities[part.nodes]),
+            touching=whole.touching[part.nodes].copy(),
+            activations=whole.activations[part.segments].copy(),
+            impulses=np.ascontiguousarray(whole.impulses[part.nodes]),
+            workroom=self._workroom,
+        )
+
+    def goals(self, view: BodyView) -> Goals | None:
+        """What the controller wants of the step from its own view on."""
+        return self._solver.goals(view)
+
+    def decide(self, view: BodyView, goals: Goals) -> Decision:
+        """Rest lengths of its own segments; the step's matrix has to be assembled."""
+        return self._solver.decide(view, goals)
+
+
+def _alone(scene: Scene, name: str) -> Scene:
+    """One body of a scene on its ground."""
+    character = next(each for each in scene.characters if each.name == name)
+    return Scene(character=character, ground=scene.ground, gravity=scene.gravity)
+
+
+def controlled_bodies(
+    stepper: Stepper,
+    options: ControlOptions,
+    controller: Controller | None,
+    others: Mapping[str, Controller],
+    label: str,
+) -> tuple[ControlledBody, ...]:
+    """The bodies with controllers, the character first; a warning tells of those without muscles.
+
+    Args:
+        stepper: of all bodies.
+        options: of the control solvers.
+        controller: of the scene's character.
+        others: of other bodies, by their names.
+        label: what a warning calls a scene without muscles.
+
+    Raises:
+        InputError: there is no such body, or no such controller.
+    """
+    scene = stepper.model.scene
+    own = scene.character.name if others else None
+    asked = [] if controller is None else [(own, controller)]
+    for name, other in others.items():
+        input_kinds.controller(f"controller of {name!r} in others of a Simulation", other)
+        if part_named(scene, name) is scene.parts[0]:
+            raise InputError(
+                f"others of a Simulation names {name!r}, the scene's character, whose controller "
+                "is given by itself"
+            )
+        asked.append((name, other))
+    if len({id(each) for _, each in asked}) < len(asked):
+        raise InputError(
+            "two bodies of a Simulation have one controller, which remembers its steps; "
+            "make one for each"
+        )
+    found = []
+    for body, wanted in asked:
+        segments = slice(0, stepper.model.segment_count)
+        if body is not None:
+            segments = part_named(scene, body).segments
+        if segments.start < segments.stop:
+            found.append(ControlledBody(stepper, wanted, options, body))
+            continue
+        warnings.warn(
+            f"{body or label!r} has no muscles, so its controller is never asked",
+            # the caller of the decorated constructor
+            stacklevel=4,
+        )
+    return tuple(found)
