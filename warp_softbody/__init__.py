@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from warp_softbody.engine.stepper import Stepper
     from warp_softbody.run.batch import Batch
     from warp_softbody.run.batch_member import BatchMember
+    from warp_softbody.run.goal_report import GoalReport
+    from warp_softbody.run.muscle_authority import Authority, muscle_authority
     from warp_softbody.run.recorder import Recorder
     from warp_softbody.run.simulation import Simulation
     from warp_softbody.stage_exports import StageWriter
@@ -48,6 +50,7 @@ __version__ = "0.1.0"
 
 _MODULES = ("characters", "controllers", "live", "scene_files", "scenes", "stage_exports")
 _NAMES = {
+    "Authority": "run.muscle_authority",
     "Batch": "run.batch",
     "BatchMember": "run.batch_member",
     "Body": "world.joined_bodies",
@@ -66,6 +69,7 @@ _NAMES = {
     "ForceField": "world.force_fields",
     "Frame": "world.frame",
     "Handle": "world.handles",
+    "GoalReport": "run.goal_report",
     "HeightField": "world.height_field",
     "Material": "body.material",
     "Model": "engine.model",
@@ -88,10 +92,12 @@ _NAMES = {
     "TriangleGround": "world.triangle_ground",
     "UniformField": "world.force_fields",
     "build_model": "engine.model",
+    "muscle_authority": "run.muscle_authority",
     "placed": "world.joined_bodies",
 }
 
 __all__ = [
+    "Authority",
     "Batch",
     "BatchMember",
     "Body",
@@ -109,6 +115,7 @@ __all__ = [
     "FiberKind",
     "ForceField",
     "Frame",
+    "GoalReport",
     "Handle",
     "HeightField",
     "Material",
@@ -135,6 +142,7 @@ __all__ = [
     "characters",
     "controllers",
     "live",
+    "muscle_authority",
     "placed",
     "scene_files",
     "scenes",

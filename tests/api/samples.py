@@ -122,6 +122,7 @@ def engine(folder: Path) -> Samples:
     contacts = wsb.Contacts.none(model())
     triangles = {"vertices": np.eye(3), "faces": np.array([[0, 1, 2]])}
     return {
+        "muscle_authority": (wsb.muscle_authority, {"character": muscled()}),
         "Batch": (wsb.Batch, {"scene": scene(), "count": 2}),
         "Batch.leave": (wsb.Batch(scene(), 2).leave, {"index": 0}),
         "Batch.run": (wsb.Batch(scene(), 2).run, {"seconds": 0.1}),
@@ -333,6 +334,13 @@ def exports(folder: Path) -> Samples:
 
 OUTPUTS = {
     *("ControlProblem", "Model", "Measures", "Take", "FullForm", "QPCCResult", "GeneralResult"),
-    *("ForceField", "ContactMultipliers", "GeneralMultipliers", "Controller"),
+    *(
+        "Authority",
+        "ForceField",
+        "GoalReport",
+        "ContactMultipliers",
+        "GeneralMultipliers",
+        "Controller",
+    ),
 }
 """Classes that users are handed and do not make, and a protocol."""

@@ -15,6 +15,7 @@ from warp_softbody.errors import MeshWarning
 if TYPE_CHECKING:
     from warp_softbody.body.character import Character
     from warp_softbody.body.making.made import Made
+    from warp_softbody.run.muscle_authority import Authority
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -56,6 +57,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--density", metavar="RHO", type=float, default=1000.0, help="kg/m^3 (1000)"
     )
     parser.add_argument("--picture", metavar="F.png", type=Path, help="picture with its muscles")
+    parser.add_argument(
+        "--authority",
+        action="store_true",
+        help="tell which way each fibre can move the body as it stands (a step is simulated)",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="print no summary")
     parser.set_defaults(handler=run)
@@ -90,9 +96,22 @@ def run(args: argparse.Namespace) -> int:
         _draw(args.picture, character)
     character.save(args.out)
     if args.json:
-        say(json.dumps({"surface": str(args.surface), "out": str(args.out), **_facts(made)}))
+        facts = {"surface": str(args.surface), "out": str(args.out), **_facts(made)}
+        if args.authority:
+            facts["authority"] = [
+                {
+                    "name": own.name,
+                    "centre_of_mass": own.centre_of_mass.tolist(),
+                    "spin": own.spin.tolist(),
+                    "feet": {foot: way.tolist() for foot, way in own.feet.items()},
+                }
+                for own in _authorities(character)
+            ]
+        say(json.dumps(facts))
     elif not args.quiet:
         say(_as_text(args, made))
+        if args.authority:
+            say(_authority_table(character))
     return 0
 
 
@@ -123,6 +142,27 @@ def _draw(path: Path, character: Character) -> None:
         contacts=standing_contacts(scene, points),
     )
     draw_picture(path, scene, frame)
+
+
+def _authorities(character: Character) -> tuple[Authority, ...]:
+    from warp_softbody.run.muscle_authority import muscle_authority
+    from warp_softbody.run.warp_session import warp_engine
+
+    with warp_engine("cpu", lambda: None):
+        return muscle_authority(character)
+
+
+def _authority_table(character: Character) -> str:
+    """What each fibre does to the body, a line each."""
+    lines = ["full contraction: centre of mass (g)   spin (m g L)   foot that moves most (g)"]
+    for own in _authorities(character):
+        foot = max(own.feet, key=lambda name: float(own.feet[name] @ own.feet[name]))
+        way, spin, by = (
+            " ".join(f"{number:6.2f}" for number in three)
+            for three in (own.centre_of_mass, own.spin, own.feet[foot])
+        )
+        lines.append(f"{own.name:<20} {way}   {spin}   {foot} {by}")
+    return "\n".join(lines)
 
 
 def _facts(made: Made) -> dict[str, Any]:

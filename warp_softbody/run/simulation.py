@@ -28,6 +28,7 @@ from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.run.applied_forces import AppliedForce, applied_force
 from warp_softbody.run.continuation import copy_motion, require_same_bodies
 from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
+from warp_softbody.run.goal_report import GoalReport, goal_report
 from warp_softbody.run.handle_motion import HandleMotion
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
@@ -374,6 +375,17 @@ class Simulation:
             status=self._status,
             stage=stage,
         )
+
+    def goal_report(self) -> GoalReport:
+        """What the character's controller wanted of the last step, and what came of it.
+
+        Raises:
+            InputError: no controller decided in the last step.
+        """
+        if self._decision is None:
+            raise InputError(f"no controller of {self.name!r} has decided in the last step")
+        velocities = self._state.velocities.numpy().astype(np.float64)
+        return goal_report(self._decision, velocities[: self._decision.view.node_count])
 
     def count_export(self, seconds: float) -> None:
         """Add the wall time that the receiver of the last frame took, shared by its steps."""

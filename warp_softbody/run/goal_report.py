@@ -1,0 +1,111 @@
+"""What a controller wanted of the last step, what came of it, and what the muscles could reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.authority import response
+
+if TYPE_CHECKING:
+    from warp_softbody.controllers.control_solver import Decision
+
+DIGITS = 4
+"""Of numbers in a table."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoalOutcome:
+    """One row of an objective in one step, in the units of the row.
+
+    Attributes:
+        objective: its name.
+        row: number of the row in the objective.
+        weight: of its square.
+        wanted: its target.
+        planned: what the plan came to; another one may have weighed more.
+        reached: what the step came to.
+        low, high: least and greatest value that the muscles reach with the contact modes of the
+            plan, if this row alone counts.
+    """
+
+    objective: str
+    row: int
+    weight: float
+    wanted: float
+    planned: float
+    reached: float
+    low: float
+    high: float
+
+    @property
+    def reachable(self) -> float:
+        """The value within reach that is nearest to the wanted one."""
+        return min(max(self.wanted, self.low), self.high)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoalReport:
+    """Of one step.
+
+    Attributes:
+        time: at which it began, s.
+        outcomes: of all rows of all objectives.
+    """
+
+    time: float
+    outcomes: tuple[GoalOutcome, ...]
+
+    def __str__(self) -> str:
+        """A table, a row a line."""
+        heads = ("objective", "weight", "wanted", "planned", "reached", "reachable")
+        lines: list[tuple[str, ...]] = [heads]
+        for own in self.outcomes:
+            numbers = (own.weight, own.wanted, own.planned, own.reached, own.reachable)
+            lines.append(
+                (f"{own.objective} {own.row}", *(f"{number:.{DIGITS}g}" for number in numbers))
+            )
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        table = (
+            "  ".join(
+                text.ljust(width) if place == 0 else text.rjust(width)
+                for place, (text, width) in enumerate(zip(line, widths, strict=True))
+            )
+            for line in lines
+        )
+        return "\n".join((f"step at {self.time:.4g} s", *table))
+
+
+def goal_report(decision: Decision, velocities: FloatArray) -> GoalReport:
+    """Of a decision and the velocities (n, 3) m/s that its step came to."""
+    goals, maps, result = decision.goals, decision.maps, decision.result
+    count = sum(len(objective.rows) for objective in goals.objectives)
+    chosen = decision.rest_lengths - maps.lengths
+    impulses = np.asarray(result.forces).ravel()
+    planned = maps.free_velocity[:count] + maps.muscle_map[:count] @ chosen
+    planned = planned + maps.compliance[:count, count : count + len(impulses)] @ impulses
+    gaps = np.array([patch.gap for patch in goals.patches]) / decision.view.time_step
+    modes = result.contact_modes if len(result.modes) == len(goals.patches) else ()
+    low, high = response(maps, count, modes, gaps, np.asarray(result.forces)).range(maps)
+    outcomes, begin = [], 0
+    for objective in goals.objectives:
+        reached = objective.rows @ velocities.ravel()
+        for row, value in enumerate(reached):
+            at = begin + row
+            outcomes.append(
+                GoalOutcome(
+                    objective=objective.name,
+                    row=row,
+                    weight=float(objective.weight[row]),
+                    wanted=float(objective.target[row]),
+                    planned=float(planned[at]),
+                    reached=float(value),
+                    low=float(low[at]),
+                    high=float(high[at]),
+                )
+            )
+        begin += len(reached)
+    return GoalReport(time=decision.view.time, outcomes=tuple(outcomes))
