@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from warp_softbody.world.height_field import HeightField
     from warp_softbody.world.joined_bodies import Body, placed
     from warp_softbody.world.motion_path import MotionPath
+    from warp_softbody.world.movers import mover
     from warp_softbody.world.scene import Push, Scene
     from warp_softbody.world.triangle_ground import TriangleGround
 
@@ -92,6 +93,7 @@ _NAMES = {
     "TriangleGround": "world.triangle_ground",
     "UniformField": "world.force_fields",
     "build_model": "engine.model",
+    "mover": "world.movers",
     "muscle_authority": "run.muscle_authority",
     "placed": "world.joined_bodies",
 }
@@ -142,6 +144,7 @@ __all__ = [
     "characters",
     "controllers",
     "live",
+    "mover",
     "muscle_authority",
     "placed",
     "scene_files",

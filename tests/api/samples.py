@@ -210,6 +210,10 @@ def engine(folder: Path) -> Samples:
             wsb.build_model,
             {"scene": scene(), "options": wsb.SimulationOptions()},
         ),
+        "mover": (
+            wsb.mover,
+            {"surface": box(), "path": wsb.MotionPath.straight((1.0, 0.0, 0.0))},
+        ),
         "placed": (wsb.placed, {"character": muscled()}),
         "characters.letter_x": (characters.letter_x, {"coarse": 1}),
         "characters.make": (characters.make, {"name": "letter_i"}),

@@ -47,4 +47,5 @@ def test_other_keys() -> None:
     keys = (*KEYS, *WORLD, *OWN, FRICTION, *PLACE, *START, *OF_SURFACE, "for_body")
     shapes = [key for own in SHAPES.values() for key in own]
     assert [key for key in (*keys, *shapes) if not in_code(key)] == []
+    assert in_code("movers")
     assert [kind for kind in KINDS if f'"{kind}"' not in PAGE] == []

@@ -15,18 +15,19 @@ from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.scene_files.bodies import CONTROLLER, body_of
 from warp_softbody.scene_files.grounds import ground_of
 from warp_softbody.scene_files.motions import controller_of
+from warp_softbody.scene_files.movers import mover_of
 from warp_softbody.scene_files.moving import fields_of, handles_of, pushes_of
 from warp_softbody.scene_files.records import record_of
 from warp_softbody.scene_files.scene_file import RunOutput, SceneFile
 from warp_softbody.scene_files.tables import Table, read_tables
 from warp_softbody.scenes.plan import ScenePlan
-from warp_softbody.world.handles import nodes_named, nodes_of_handles
+from warp_softbody.world.handles import Handle, nodes_named, nodes_of_handles
 from warp_softbody.world.scene import Scene
 
 EXTENSION = ".toml"
 TEXTS = ("name", "description")
 TABLES = ("world", "ground", "materials", "character", "controller", "options", "control", "output")
-ARRAYS = ("bodies", "pushes", "handles", "fields")
+ARRAYS = ("bodies", "movers", "pushes", "handles", "fields")
 KEYS = (*TEXTS, "seconds", *TABLES, *ARRAYS)
 WORLD = ("gravity", "body_friction", "self_contact")
 SECONDS, TIME_STEP = 3.0, 1.0 / 120.0
@@ -75,21 +76,25 @@ def _scene(table: Table) -> Scene:
     world = table.table("world")
     world.only(WORLD)
     bodies = [body_of(each, known, CONTROLLER) for each in table.tables("bodies")]
+    moved = [mover_of(each) for each in table.tables("movers")]
     ground = ground_of(table.table("ground")) if "ground" in table else None
     with world.explained(), table.explained():
         still = Scene(
             character=first.character,
-            others=tuple(bodies),
+            others=(*bodies, *(body for body, _ in moved)),
             ground=ground,
             initial_velocity=first.velocity,
             initial_spin=first.spin,
             **{key: world.take(key) for key in WORLD if key in world},
         )
-    return _with_what_moves(still, table)
+    return _with_what_moves(still, table, tuple(handle for _, handle in moved))
 
 
-def _with_what_moves(scene: Scene, table: Table) -> Scene:
-    """A scene with pushes and handles, each of which is told apart where it is wrong."""
+def _with_what_moves(scene: Scene, table: Table, moved: tuple[Handle, ...]) -> Scene:
+    """A scene with pushes and handles, each of which is told apart where it is wrong.
+
+    ``moved`` are the handles of movers, which follow the others.
+    """
     pushes, handles = table.tables("pushes"), table.tables("handles")
     whole, parts = scene.whole, scene.parts
     acting = pushes_of(pushes)
@@ -99,7 +104,8 @@ def _with_what_moves(scene: Scene, table: Table) -> Scene:
     held = handles_of(handles)
     for number, each in enumerate(handles):
         with each.explained():
-            nodes_of_handles(held[: number + 1], whole, parts)
+            nodes_of_handles((*moved, *held[: number + 1]), whole, parts)
+    held = (*held, *moved)
     everywhere = fields_of(table.tables("fields"))
     for field, each in zip(everywhere, table.tables("fields"), strict=True):
         if field.region is not None:
@@ -114,7 +120,8 @@ def _others(table: Table, scene: Scene) -> dict[str, Controller]:
     """The controllers of [[bodies]], by the names of these."""
     return {
         body.character.name: controller_of(each.table(CONTROLLER), body.character)
-        for each, body in zip(table.tables("bodies"), scene.others, strict=True)
+        # movers follow the bodies
+        for each, body in zip(table.tables("bodies"), scene.others, strict=False)
         if CONTROLLER in each
     }
 

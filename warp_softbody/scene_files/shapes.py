@@ -53,7 +53,7 @@ def character_of_shape(table: Table, name: str | None) -> Character:
     shape = table.take("shape")
     with table.explained():
         if shape in SHAPES:
-            mesh = _box(table) if shape == "box" else _ball(table)
+            mesh = box_of(table) if shape == "box" else ball_of(table)
             return Character(name=name or shape, mesh=mesh)
         made = getattr(characters, shape)
         coarse = checks.whole("coarse", table.take("coarse", 0))
@@ -78,7 +78,8 @@ def _of_file(table: Table, path: Path, name: str | None) -> Character:
     raise InputError(f"file {path}: no body is read from {suffix!r}; take one of {known}")
 
 
-def _box(table: Table) -> TetMesh:
+def box_of(table: Table) -> TetMesh:
+    """The mesh of a box."""
     size = checks.vector("size", table.needed("size"), unit="m")
     if min(size) <= 0.0:
         raise InputError(f"size must be three positive numbers of m, not {size}")
@@ -95,7 +96,8 @@ def _box(table: Table) -> TetMesh:
     return mesh
 
 
-def _ball(table: Table) -> TetMesh:
+def ball_of(table: Table) -> TetMesh:
+    """The mesh of a ball."""
     radius = checks.number("radius", table.needed("radius"), above=0.0, unit="m")
     center = checks.vector("center", table.take("center", (0.0, 0.0, radius)), unit="m")
     refinements = checks.whole("refinements", table.take("refinements", 2), high=6)
