@@ -21,7 +21,7 @@ from warp_softbody.controllers.qpcc.result import QPCCResult, SolverOptions
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.controllers.step_problem import build_qpcc, present_activations, step_terms
 from warp_softbody.engine.reduced_dynamics import Maps, ReducedDynamics
-from warp_softbody.inputs import checks
+from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.world.frame import ContactSample
 from warp_softbody.world.view import BodyView
@@ -96,7 +96,9 @@ class ControlSolver:
         """Solve by the QPCC or by the static-contact baseline, as the options say."""
         # made anew, so that one that went round its constructor is checked too
         options = replace(checks.optional("options of a ControlSolver", options, ControlOptions))
-        self._controller = controller
+        self._controller: Controller = input_kinds.controller(
+            "controller of a ControlSolver", controller
+        )
         self._dynamics = dynamics
         self._method = options.method
         self._cone = options.planned_cone

@@ -47,6 +47,9 @@ def test_masks_are_the_nodes_that_they_mark() -> None:
         muscled(), fixed=mask, regions={"base": mask.tolist()}, directional_friction=()
     )
     assert marked.fixed.tolist() == np.flatnonzero(mask).tolist()
+    for kind in (np.uint8, np.int64, np.float32, object):
+        other: Any = replace(muscled(), regions={**muscled().regions, "base": mask.astype(kind)})
+        assert other == replace(muscled(), regions={**muscled().regions, "base": mask})
     assert marked.region("base").tolist() == np.flatnonzero(mask).tolist()
 
 

@@ -90,7 +90,14 @@ def test_directions_have_the_length_one(parts: list[float]) -> None:
 def test_a_mask_and_its_indices_are_one_node_set(mask: list[bool]) -> None:
     indices = [node for node, marked in enumerate(mask) if marked]
     wanted = input_kinds.node_set(LABEL, np.array(mask), len(mask))
-    for form in (indices, indices[::-1] + indices, np.array(indices, dtype=np.float64)):
+    forms = [indices, np.array(indices, dtype=np.float64)]
+    twice = indices[::-1] + indices
+    if len(twice) != len(mask) or max(twice, default=0) > 1:
+        # as many zeros and ones as there are nodes are a mask
+        forms.append(twice)
+    if len(mask) > 2:
+        forms += [np.array(mask, dtype=kind) for kind in (np.uint8, np.float32, object)]
+    for form in forms:
         nodes = input_kinds.node_set(LABEL, form, len(mask))
         assert nodes.dtype == np.int32 and nodes.tolist() == wanted.tolist() == indices
 

@@ -31,7 +31,8 @@ def node_set(label: str, value: object, count: int) -> IntArray:
 
     Args:
         label: what the sentence calls it.
-        value: indices in any order, or a mask of ``count`` truth values that marks the nodes.
+        value: indices in any order, or a mask of ``count`` truth values that marks the nodes, which
+            may be of any type: zeros and ones, as many as there are nodes, are no indices.
         count: nodes of the mesh.
 
     Raises:
@@ -42,7 +43,9 @@ def node_set(label: str, value: object, count: int) -> IntArray:
         given = np.asarray(list(value) if isinstance(value, set | frozenset | range) else value)
     except Exception:
         refuse(label, wanted, value)
-    if given.dtype.kind == "b" and given.shape == (count,):
+    if given.dtype == object and all(isinstance(item, bool | np.bool_) for item in given.flat):
+        given = given.astype(bool)
+    if given.shape == (count,) and _is_mask(given):
         nodes = np.flatnonzero(given)
     elif given.ndim != 1 or given.dtype.kind not in "iuf":
         refuse(label, wanted, value)
@@ -55,6 +58,14 @@ def node_set(label: str, value: object, count: int) -> IntArray:
     result = nodes.astype(np.int32)
     result.setflags(write=False)
     return result
+
+
+def _is_mask(given: npt.NDArray[Any]) -> bool:
+    """Whether an array of the length of a mask is one; three nodes or more cannot all be 0 or 1."""
+    if given.dtype.kind == "b":
+        return True
+    marks = given.dtype.kind in "iuf" and len(given) > 2
+    return bool(marks and np.isin(given, (0, 1)).all())
 
 
 def text(label: str, value: object) -> str:
