@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
@@ -89,6 +91,14 @@ def build_qpcc(
     )
 
 
+@lru_cache(maxsize=8)
+def planned_directions(cone: int) -> FloatArray:
+    """The directions (cone, 2) of the friction cones that steps are planned with, read-only."""
+    directions = uniform_directions(cone)
+    directions.setflags(write=False)
+    return directions
+
+
 def step_terms(
     goals: Goals,
     maps: Maps,
@@ -111,11 +121,11 @@ def step_terms(
         activations=activations,
         targets=joined([o.target for o in objectives]) if objectives else np.zeros(0),
         goal_weights=joined([o.weight for o in objectives]) if objectives else np.zeros(0),
-        gaps=np.array([patch.gap / time_step for patch in patches]),
+        gaps=np.array([patch.gap for patch in patches]) / time_step,
         costs=_activation_weights(goals.activation, len(activations), time_step / time_unit),
         friction=np.array([0.0 if patch.slips else patch.friction for patch in patches]),
         factors=np.array([patch.factors for patch in patches]).reshape(-1, DIRECTIONS)[:, ::stride],
-        directions=uniform_directions(cone),
+        directions=planned_directions(cone),
         resting=goals.resting,
     )
 
