@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
+from warp_softbody.controllers.qpcc.result import OTHERS
 from warp_softbody.inputs.option_fields import check_options, described, option
 from warp_softbody.inputs.option_kinds import ChoiceKind, NumberKind, WholeKind
 
@@ -43,8 +44,8 @@ class ControlOptions:
         default=2,
         metadata=option(
             WholeKind(low=0),
-            "how often a step leaves a local minimum by forcing one contact into another mode; "
-            "each kick costs one to three QPs",
+            "how often a step leaves a local minimum by forcing one contact into another mode, or "
+            "all to slide the same way; each kick costs one to three QPs",
         ),
     )
     kick_patience: int = field(
@@ -60,6 +61,13 @@ class ControlOptions:
             NumberKind(above=0.0),
             "how far above the best objective, as a share of its size, a kick's first QP may end; "
             "beyond it the kick is given up",
+        ),
+    )
+    carried: int = field(
+        default=0,
+        metadata=option(
+            WholeKind(low=0, high=OTHERS),
+            "how many of a step's next best minima the step after it begins from too",
         ),
     )
     kick_pause: int = field(

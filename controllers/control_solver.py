@@ -102,7 +102,8 @@ class ControlSolver:
         self._dynamics = dynamics
         self._method = options.method
         self._cone = options.planned_cone
-        self._modes: tuple[int, ...] | None = None
+        self._carried = options.carried
+        self._minima: tuple[tuple[int, ...], ...] = ()
         self._parts: tuple[int | None, ...] = ()
         self._rule = PerturbationSchedule(options)
         self._compiled = CompiledSearch() if dynamics.native_code else None
@@ -111,7 +112,7 @@ class ControlSolver:
         """What the controller wants of the step from ``view`` on; to be asked once a step."""
         goals = self._controller.goals(view)
         if goals is None:
-            self._modes = None
+            self._minima = ()
         elif not isinstance(goals, Goals):
             asked = f"what {type(self._controller).__name__}.goals(view) returns"
             checks.refuse(asked, "Goals or None", goals)
@@ -124,17 +125,18 @@ class ControlSolver:
         maps = self._maps(goals, view)
         activations = present_activations(view, maps)
         time_unit = BodyUnits.of(view).time
-        start = self._start(goals.patches)
-        asked = (goals, maps, activations, view.time_step, time_unit)
-        result = self._solve(*asked, start, self._rule.options())
+        starts = self._starts(goals.patches)
+        start = starts[0] if starts else None
+        asked = (goals, maps, activations, view.time_step, time_unit, starts)
+        result = self._solve(*asked, self._rule.options())
         with_kicks = self._rule.retry(result) if self._method == "qpcc" else None
         if with_kicks is not None:
             spent = result.qp_count
-            result = self._solve(*asked, start, with_kicks)
+            result = self._solve(*asked, with_kicks)
             result = unchecked_copy(result, qp_count=result.qp_count + spent)
         usable = result.status.usable
         left_out = self._rule.note(start, result, usable)
-        self._modes = result.modes if usable else None
+        self._minima = (result.modes, *result.others[: self._carried]) if usable else ()
         self._parts = tuple(patch.part for patch in goals.patches)
         chosen = result.controls if usable else activations
         return Decision(
@@ -161,6 +163,7 @@ class ControlSolver:
                 [patch.frame for patch in goals.patches],
             )
             if found is not None:
+                check_maps(goals, found)
                 return found
         maps = self._dynamics.solve(rows_of(goals, view), free=free)
         check_maps(goals, maps)
@@ -173,14 +176,17 @@ class ControlSolver:
         activations: FloatArray,
         time_step: float,
         time_unit: float,
-        start: tuple[int, ...] | None,
+        starts: tuple[tuple[int, ...], ...],
         options: SolverOptions,
     ) -> QPCCResult:
+        start, others = (starts[0], starts[1:]) if starts else (None, ())
         touching = np.array([patch.touching for patch in goals.patches], dtype=bool)
         given = (goals, maps, activations, time_step)
         if self._method == "qpcc" and self._compiled is not None:
             step = step_terms(*given, time_unit=time_unit, cone=self._cone)
-            found = self._compiled.solve_step(step, start=start, touching=touching, options=options)
+            found = self._compiled.solve_step(
+                step, start=start, touching=touching, others=others, options=options
+            )
             if found is not None:
                 return found
         problem = build_qpcc(*given, time_unit=time_unit, cone=self._cone)
@@ -192,18 +198,27 @@ class ControlSolver:
                 options=self._rule.kicked,
             )
         return solve_qpcc(
-            problem, start=start, fallback_controls=activations, touching=touching, options=options
+            problem,
+            start=start,
+            fallback_controls=activations,
+            touching=touching,
+            others=others,
+            options=options,
         )
 
-    def _start(self, patches: tuple[Patch, ...]) -> tuple[int, ...] | None:
-        """The last modes: of the same parts, or of as many patches where these have none."""
+    def _starts(self, patches: tuple[Patch, ...]) -> tuple[tuple[int, ...], ...]:
+        """Modes of the last minima, of the same parts or of as many patches; the best one first."""
         parts = tuple(patch.part for patch in patches)
-        if self._modes is None or parts == self._parts:
-            return self._modes
+        if parts == self._parts:
+            return self._minima
         if None in parts or None in self._parts:
-            return self._modes if len(self._modes) == len(patches) else None
-        known = dict(zip(self._parts, self._modes, strict=True))
-        return tuple(known.get(patch.part, STICK if patch.touching else LIFT) for patch in patches)
+            return tuple(modes for modes in self._minima if len(modes) == len(patches))
+        new = [STICK if patch.touching else LIFT for patch in patches]
+        known = (dict(zip(self._parts, modes, strict=True)) for modes in self._minima)
+        return tuple(
+            tuple(by_part.get(part, mode) for part, mode in zip(parts, new, strict=True))
+            for by_part in known
+        )
 
 
 def _planned(view: BodyView, patches: tuple[Patch, ...], result: QPCCResult) -> ContactSample:

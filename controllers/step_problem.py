@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,7 +10,9 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.directional_friction import DIRECTIONS
 from warp_softbody.controllers.compiled.contact_solver import StepTerms
 from warp_softbody.controllers.controller import ActivationCost, Goals
+from warp_softbody.controllers.patches import Patch
 from warp_softbody.controllers.qpcc.contact.problem import (
+    MOST_FRICTION,
     ContactQPCC,
     step_problem,
     uniform_directions,
@@ -84,19 +86,11 @@ def build_qpcc(
         velocity_offset=offset[wanted:] + gaps,
         velocity_from_controls=by_activation[wanted:],
         velocity_from_forces=problem.compliance[wanted:, wanted:],
-        friction=np.array([0.0 if patch.slips else patch.friction for patch in goals.patches]),
+        friction=_planned_friction(goals.patches),
         factors=np.array([patch.factors[::stride] for patch in goals.patches]),
         directions=uniform_directions(cone),
         squares=squares,
     )
-
-
-@lru_cache(maxsize=8)
-def planned_directions(cone: int) -> FloatArray:
-    """The directions (cone, 2) of the friction cones that steps are planned with, read-only."""
-    directions = uniform_directions(cone)
-    directions.setflags(write=False)
-    return directions
 
 
 def step_terms(
@@ -121,11 +115,11 @@ def step_terms(
         activations=activations,
         targets=joined([o.target for o in objectives]) if objectives else np.zeros(0),
         goal_weights=joined([o.weight for o in objectives]) if objectives else np.zeros(0),
-        gaps=np.array([patch.gap for patch in patches]) / time_step,
+        gaps=np.array([patch.gap / time_step for patch in patches]),
         costs=_activation_weights(goals.activation, len(activations), time_step / time_unit),
-        friction=np.array([0.0 if patch.slips else patch.friction for patch in patches]),
+        friction=_planned_friction(patches),
         factors=np.array([patch.factors for patch in patches]).reshape(-1, DIRECTIONS)[:, ::stride],
-        directions=planned_directions(cone),
+        directions=uniform_directions(cone),
         resting=goals.resting,
     )
 
@@ -133,3 +127,9 @@ def step_terms(
 def _activation_weights(cost: ActivationCost, count: int, step: float) -> tuple[float, float]:
     """Second derivatives of the two terms for each segment, in a step of so many time units."""
     return 2.0 * cost.effort / count, 2.0 * cost.change / (step * count)
+
+
+def _planned_friction(patches: Sequence[Patch]) -> FloatArray:
+    """(K,), as large as a QPCC takes it, and none where a patch is to slip."""
+    own = [0.0 if patch.slips else min(patch.friction, MOST_FRICTION) for patch in patches]
+    return np.array(own)

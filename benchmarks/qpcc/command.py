@@ -1,8 +1,8 @@
 """How near the QPCC solver comes to the optimum, and how fast: ``python -m benchmarks.qpcc``.
 
-Four parts: stored instances from a cold start, in general and in contact form (only where a folder
-of them is named), warm-started sequences, and the experiment of Tan, Turk and Liu (2012) made
-again. Times are CPU times of one thread on the machine at hand.
+Five parts: stored instances from a cold start, in general and in contact form (only where a folder
+of them is named), warm-started sequences, the steps of shipped motions, and the experiment of Tan,
+Turk and Liu (2012) made again. Times are CPU times of one thread on the machine at hand.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from benchmarks.qpcc import (
 )
 from benchmarks.qpcc.instances import Row
 from benchmarks.qpcc.peers.comparison import print_comparison
+from benchmarks.qpcc.recorded import print_recorded
 
-PARTS = ("instances", "contacts", "sequences", "paper")
+PARTS = ("instances", "contacts", "sequences", "recorded", "paper")
 
 
 AIMS = {4: 2, 8: 5, 16: 10, 32: 30}
@@ -62,6 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print_contacts(args.instances, contacts)
     if "sequences" in args.parts:
         print_sequences(args.steps)
+    if "recorded" in args.parts:
+        print_recorded()
     if "paper" in args.parts:
         print_paper(args.problems)
 

@@ -24,6 +24,7 @@ from warp_softbody.inputs.records import unchecked
 from warp_softbody.kernels.control.contact_search import make_contact_search
 from warp_softbody.kernels.control.search_layout import (
     COUNTS,
+    MOST_OTHERS,
     NUMBERS,
     SearchFinding,
     SearchOutcome,
@@ -95,13 +96,15 @@ class CompiledSearch:
         start: tuple[int, ...] | None,
         fallback_controls: FloatArray,
         touching: BoolArray,
+        others: tuple[tuple[int, ...], ...] = (),
         options: SolverOptions,
     ) -> QPCCResult:
         """The result of ``solve_qpcc`` for the same arguments, to rounding."""
         found = None
         plain = len(problem.squares) > 0 and diagonal_is_clear(problem)
-        if plain and _is_warm(start, options, problem.contact_count, len(problem.directions)):
-            found = self._room_of(problem).solve(problem, start, touching, options)
+        begun = (start, others)
+        if plain and _is_warm(*begun, options, problem.contact_count, len(problem.directions)):
+            found = self._room_of(problem).solve(problem, *begun, touching, options)
         if found is not None:
             return found
         return solve_qpcc(
@@ -109,6 +112,7 @@ class CompiledSearch:
             start=start,
             fallback_controls=fallback_controls,
             touching=touching,
+            others=others,
             options=options,
         )
 
@@ -118,6 +122,7 @@ class CompiledSearch:
         *,
         start: tuple[int, ...] | None,
         touching: BoolArray,
+        others: tuple[tuple[int, ...], ...] = (),
         options: SolverOptions,
     ) -> QPCCResult | None:
         """The result of a step's problem, to rounding, without making that in NumPy.
@@ -125,10 +130,10 @@ class CompiledSearch:
         None where ``solve_qpcc`` has to be asked.
         """
         controls, rows, contacts = len(step.lengths), len(step.targets), len(step.friction)
-        if not rows or not _is_warm(start, options, contacts, len(step.directions)):
+        if not rows or not _is_warm(start, others, options, contacts, len(step.directions)):
             return None
         room = self._room(controls, contacts, len(step.directions), rows)
-        return room.solve_step(step, start, touching, options)
+        return room.solve_step(step, start, others, touching, options)
 
     def _room_of(self, problem: ContactQPCC) -> _Room:
         return self._room(
@@ -150,15 +155,21 @@ class CompiledSearch:
 
 
 def _is_warm(
-    start: tuple[int, ...] | None, options: SolverOptions, contacts: int, directions: int
+    start: tuple[int, ...] | None,
+    others: tuple[tuple[int, ...], ...],
+    options: SolverOptions,
+    contacts: int,
+    directions: int,
 ) -> bool:
     """Whether the native code knows such solves: from known modes, and by no clock."""
-    if options.time_limit != math.inf:
+    if options.time_limit != math.inf or len(others) > MOST_OTHERS:
         return False
-    if start is None:
-        return not options.starts
-    return len(start) == contacts and (
-        not start or (0 <= min(start) and max(start) < 2 + 2 * directions)
+    if start is None and options.starts:
+        return False
+    return all(
+        len(modes) == contacts
+        and (not modes or (0 <= min(modes) and max(modes) < 2 + 2 * directions))
+        for modes in (others if start is None else (start, *others))
     )
 
 
@@ -170,7 +181,6 @@ class _Room:
 
     def __init__(self, sizes: SearchSizes) -> None:
         self._resting: tuple[int, ...] = ()
-        self._asked: tuple[SolverOptions, bool, bool] | None = None
         numbers = {name: shape(sizes) for name, shape in NUMBERS.items()}
         counts = {name: shape(sizes) for name, shape in COUNTS.items()}
         program = HostProgram(numbers, counts)
@@ -182,6 +192,7 @@ class _Room:
         self,
         problem: ContactQPCC,
         start: tuple[int, ...] | None,
+        others: tuple[tuple[int, ...], ...],
         touching: BoolArray,
         options: SolverOptions,
     ) -> QPCCResult | None:
@@ -194,12 +205,13 @@ class _Room:
         numbers["by_controls"][...] = problem.velocity_from_controls
         numbers["by_forces"][...] = problem.velocity_from_forces
         numbers["scalars"][0] = problem.constant
-        return self._search(start, touching, options, begun, assembles=False)
+        return self._search(start, others, touching, options, begun, assembles=False)
 
     def solve_step(
         self,
         step: StepTerms,
         start: tuple[int, ...] | None,
+        others: tuple[tuple[int, ...], ...],
         touching: BoolArray,
         options: SolverOptions,
     ) -> QPCCResult | None:
@@ -212,25 +224,26 @@ class _Room:
             resting[...] = 0
             resting[list(step.resting)] = 1
             self._resting = step.resting
-        return self._search(start, touching, options, begun, assembles=True)
+        return self._search(start, others, touching, options, begun, assembles=True)
 
     def _search(
         self,
         start: tuple[int, ...] | None,
+        others: tuple[tuple[int, ...], ...],
         touching: BoolArray,
         options: SolverOptions,
         begun: float,
         *,
         assembles: bool,
     ) -> QPCCResult | None:
-        counts, asked = self.counts, (options, start is None, assembles)
-        if asked != self._asked:
-            self._asked = asked
-            self.numbers["scalars"][1] = options.reach
-            counts["settings"][SearchSetting.HAS_START :] = (
-                *(start is not None, min(options.max_qps, 10**6), options.kicks, options.patience),
-                *(options.kick_held, assembles),
-            )
+        counts = self.counts
+        self.numbers["scalars"][1] = options.reach
+        counts["settings"][SearchSetting.HAS_START :] = (
+            *(start is not None, min(options.max_qps, 10**6), options.kicks, options.patience),
+            *(options.kick_held, assembles, len(others)),
+        )
+        for place, modes in enumerate(others):
+            counts["others"][place] = modes
         if start is not None:
             counts["start"][...] = start
         counts["still_modes"][...] = np.where(touching, STICK, LIFT)
@@ -251,7 +264,7 @@ class _Room:
         if not off <= options.tolerance:
             status = QPCCStatus.INACCURATE
         controls, slopes = numbers["controls"].copy(), numbers["weighed_contacts"]
-        qps = findings[SearchFinding.QPS]
+        qps, found_next = findings[SearchFinding.QPS], findings[SearchFinding.NEXT]
         return unchecked(
             QPCCResult,
             x=np.concatenate([controls, numbers["shares"].reshape(-1)]),
@@ -259,6 +272,7 @@ class _Room:
             forces=numbers["impulses"].copy(),
             velocities=numbers["speeds"].copy(),
             modes=tuple(self.counts["visit_modes"][findings[SearchFinding.BEST]].tolist()),
+            others=tuple(map(tuple, self.counts["next_modes"][:found_next].tolist())),
             objective=objective,
             lower_bound=-math.inf,
             complementarity=off,

@@ -44,7 +44,8 @@ class SolverOptions:
     Attributes:
         max_qps: most QPs in one solve, >= 1.
         kicks: most perturbations of a local minimum, in each of which one contact or pair is forced
-            into another mode or to its other side; each costs one to three QPs.
+            into another mode or to its other side, or all contacts that bear slide the same way;
+            each costs one to three QPs.
         patience: kicks in a row without a better minimum after which no more are tried.
         reach: contact form: how far above the best value, relative to it, the first QP of a kick
             may end; beyond that the kick is given up, often before the QP is solved.
@@ -77,6 +78,9 @@ class SolverOptions:
             checks.keep(self, **{name: checks.number(label, value, above=0.0, infinite=True)})
         checks.truth("SolverOptions.kick_held", self.kick_held)
 
+
+OTHERS = 3
+"""Minima beside the best one that a solve of the contact form hands on to the next."""
 
 WARM_OPTIONS = SolverOptions(patience=1, reach=1.0)
 """The default of a solve with a start: mostly one kick that fails. Patience of 3 without a limit of
@@ -177,11 +181,14 @@ class QPCCResult(GeneralResult):
         controls: (nu,), inside their bounds.
         forces: (K, 3) N s, local frame (normal, tangent 1, tangent 2).
         velocities: (K, 3) m/s, gap / dt included in the normal.
+        others: modes of the next best minima that the search came by, at most `OTHERS`, the best
+            first; to be passed as ``others`` of the next solve.
     """
 
     controls: FloatArray
     forces: FloatArray
     velocities: FloatArray
+    others: tuple[tuple[int, ...], ...] = ()
 
     @property
     def contact_modes(self) -> tuple[ContactMode, ...]:

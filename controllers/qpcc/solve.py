@@ -38,6 +38,7 @@ def solve_qpcc(
     seed: int = 0,
     fallback_controls: FloatArray | None = None,
     touching: BoolArray | None = None,
+    others: Sequence[Sequence[int]] = (),
     options: SolverOptions | None = None,
 ) -> QPCCResult: ...
 
@@ -53,6 +54,7 @@ def solve_qpcc(
     seed: int = 0,
     fallback_controls: None = None,
     touching: None = None,
+    others: tuple[()] = (),
     options: SolverOptions | None = None,
 ) -> GeneralResult: ...
 
@@ -67,6 +69,7 @@ def solve_qpcc(
     seed: int = 0,
     fallback_controls: FloatArray | None = None,
     touching: BoolArray | None = None,
+    others: Sequence[Sequence[int]] = (),
     options: SolverOptions | None = None,
 ) -> GeneralResult:
     """Search for the best point of a QPCC (docs/qpcc.md); deterministic for a seed.
@@ -89,6 +92,8 @@ def solve_qpcc(
         fallback_controls: contact form only: (nu,), the controls in use now, which are clipped to
             the bounds; default zero.
         touching: contact form only: (K,), which contacts stick at first; default all.
+        others: contact form only, beside ``start``: further modes to begin from, as
+            ``QPCCResult.others`` has them.
         options: of the solve; default ``COLD_OPTIONS`` without a start, else ``WARM_OPTIONS``.
 
     Raises:
@@ -108,8 +113,10 @@ def solve_qpcc(
             raise InputError("fallback_controls belong to the contact form")
         if touching is not None:
             raise InputError("touching contacts belong to the contact form")
+        if not isinstance(others, tuple) or others:
+            raise InputError("others belong to the contact form")
         return solve_general(problem, start, options, seed)
-    return solve_contact(problem, start, options, seed, fallback_controls, touching)
+    return solve_contact(problem, start, options, seed, fallback_controls, touching, others)
 
 
 def solve_static(

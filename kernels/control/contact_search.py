@@ -21,7 +21,13 @@ from warp_softbody.kernels.control.mode_search import SEARCH
 from warp_softbody.kernels.control.mode_visits import VISITS
 from warp_softbody.kernels.control.problem_scaling import SCALING
 from warp_softbody.kernels.control.redundant_contacts import REDUNDANCE
-from warp_softbody.kernels.control.search_layout import COUNTS, NUMBERS, SearchFinding, SearchSizes
+from warp_softbody.kernels.control.search_layout import (
+    COUNTS,
+    MOST_OTHERS,
+    NUMBERS,
+    SearchFinding,
+    SearchSizes,
+)
 from warp_softbody.kernels.control.step_assembly import ASSEMBLY
 from warp_softbody.kernels.precision import real
 
@@ -80,6 +86,7 @@ SCALARS = """
     double objective, complementarity, feasibility, kkt;
     int p, count, size, rounds, qps, visits, failed;
     int c, w, wide, has_start, most_qps, kicks, patience, kick_held, assembles;
+    int given_others, exploring;
 """
 
 RUN = """
@@ -93,11 +100,12 @@ RUN = """
         patience = given[3];
         kick_held = given[4];
         assembles = given[5];
+        given_others = given[6];
         findings[STATUS] = 1;
         if (assembles && !assemble()) return;
         constant = scalars[0];
         reach = scalars[1];
-        qps = visits = failed = 0;
+        qps = visits = failed = exploring = 0;
         build_cones();
         scale_problem();
         for (int j = 0; j < nu; ++j) inverse[j] = 1.0 / curve[j];
@@ -109,6 +117,7 @@ RUN = """
         findings[BEST] = best;
         findings[STATIONARY] = stationary[best];
         findings[COMPLETE] = complete[best];
+        findings[NEXT] = keep_next(best);
         const double all[7] = {objective, complementarity, feasibility, kkt, speed, impulse,
                                value_scale};
         copy(7, all, results);
@@ -126,7 +135,8 @@ def _program() -> str:
     constants = "".join(
         f"    constexpr double {name} = {value};\n" for name, value in LIMITS.items()
     )
-    constants += "    constexpr int SLIDE = 2, MOST_ROUNDS = 2000;\n"
+    constants += "    constexpr int SLIDE = 2, COMMON = 4, MOST_ROUNDS = 2000;\n"
+    constants += f"    constexpr int MOST_OTHERS = {MOST_OTHERS};\n"
     constants += "".join(f"    constexpr int {f.name} = {int(f)};\n" for f in SearchFinding)
     homes = [(name, "numbers") for name in NUMBERS] + [(name, "counts") for name in COUNTS]
     begin = [f"    one.{name} = given[{i}];\n" for i, name in enumerate(SearchSizes._fields)]

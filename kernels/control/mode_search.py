@@ -72,23 +72,65 @@ SEARCH = """
         }
     }
 
-    // The next change of one mode to a cone without the point, by slope, violation and place.
+    // The next kick of a minimum: a change of one mode and of all that bear, in turn.
     APART bool next_kick(int v) {
-        const double *miss = violation + K * M * v, *along = descent + K * M * v;
+        int bear = 0;
+        for (int k = 0; k < K; ++k) bear += visit_modes[K * v + k] != 0;
+        const int common = bear < 2 ? 0 : M - SLIDE < COMMON ? M - SLIDE : COMMON;
         for (;;) {
-            int best = -1;
-            const int last = kicked[v];
-            for (int i = 0; i < K * M; ++i) {
-                if (!(miss[i] > TOUCHING) || miss[i] >= 1e300) continue;
-                if (last >= 0 && !before(along, miss, last, i)) continue;
-                if (best < 0 || before(along, miss, i, best)) best = i;
+            const int place = tried[v]++;
+            if (place < 2 * common && place % 2) {
+                slide_together(v, place / 2);
+            } else if (!next_single(v)) {
+                if (place < 2 * common) continue;
+                return false;
             }
-            if (best < 0) return false;
-            kicked[v] = best;
-            for (int k = 0; k < K; ++k) trial[k] = visit_modes[K * v + k];
-            trial[best / M] = best % M;
             if (!known(trial)) return true;
         }
+    }
+
+    // Slope of all contacts that bear if they slide one way.
+    double slope_of(int v, int way) const {
+        double sum = 0.0;
+        for (int k = 0; k < K; ++k)
+            if (visit_modes[K * v + k])
+                sum += min_of(descent[K * M * v + k * M + SLIDE + way], 0.0);
+        return sum;
+    }
+
+    // All contacts that bear slide in the mode whose slope has a rank, the steepest first.
+    APART void slide_together(int v, int rank) {
+        double last = -1e300;
+        int from = -1;
+        for (int i = 0; i <= rank; ++i) {
+            double least = 1e300;
+            int next = 0;
+            for (int way = 0; way < M - SLIDE; ++way) {
+                const double own = slope_of(v, way);
+                if ((own > last || (own == last && way > from)) && own < least)
+                    least = own, next = way;
+            }
+            last = least;
+            from = next;
+        }
+        for (int k = 0; k < K; ++k) trial[k] = visit_modes[K * v + k] ? SLIDE + from : 0;
+    }
+
+    // The next change of one mode to a cone without the point, by slope, violation and place.
+    APART bool next_single(int v) {
+        const double *miss = violation + K * M * v, *along = descent + K * M * v;
+        int best = -1;
+        const int last = kicked[v];
+        for (int i = 0; i < K * M; ++i) {
+            if (!(miss[i] > TOUCHING) || miss[i] >= 1e300) continue;
+            if (last >= 0 && !before(along, miss, last, i)) continue;
+            if (best < 0 || before(along, miss, i, best)) best = i;
+        }
+        if (best < 0) return false;
+        kicked[v] = best;
+        for (int k = 0; k < K; ++k) trial[k] = visit_modes[K * v + k];
+        trial[best / M] = best % M;
+        return true;
     }
 
     static bool before(const double* along, const double* miss, int i, int j) {
@@ -113,14 +155,25 @@ SEARCH = """
         return minima[0];
     }
 
+    // Descends from a visit; the minimum, or -1 where that is known.
+    int add_minimum(int v) {
+        const int found = descend(v);
+        if (reached[found]) return -1;
+        reached[found] = 1;
+        kicked[found] = -1;
+        tried[found] = 0;
+        return found;
+    }
+
+    // How far above the best value another start or a kick may end.
+    double limit(int best) const {
+        return reach < 1e300 ? value[best] + reach * size_of(value[best]) : 1e300;
+    }
+
     // Leaves minima by kicks, the lowest first; the lowest one found.
     APART int perturb(int* queue, int number) {
         int best = lowest(queue, number), left = kicks, misses = 0, order = 0;
-        for (int i = 0; i < number; ++i) {
-            reached[queue[i]] = 1;
-            kicked[queue[i]] = -1;
-            turn[queue[i]] = order++;
-        }
+        for (int i = 0; i < number; ++i) turn[queue[i]] = order++;
         while (number && left > 0 && misses < patience && !spent() && !failed) {
             int place = 0;
             for (int i = 1; i < number; ++i) {
@@ -136,13 +189,9 @@ SEARCH = """
             turn[v] = order++;
             --left;
             ++misses;
-            const double farthest = value[best] + reach * size_of(value[best]);
-            const int there = visit(trial, reach < 1e300 ? farthest : 1e300);
-            if (there < 0) continue;
-            const int found = descend(there);
-            if (reached[found]) continue;
-            reached[found] = 1;
-            kicked[found] = -1;
+            const int there = visit(trial, limit(best));
+            const int found = there < 0 ? -1 : add_minimum(there);
+            if (found < 0) continue;
             turn[found] = order++;
             queue[number++] = found;
             if (value[found] < value[best] - margin(best)) best = found, misses = 0;
@@ -152,24 +201,44 @@ SEARCH = """
 
     double worth(int v) const { return value[v] + WORTH * size_of(value[v]); }
 
-    // The best visit from the start and from static contacts; -1 where neither has a point.
+    // The best visit from the start, static contacts and others; -1 without any point.
     int search() {
         int number = 0;
         const int root = has_start ? visit(start, 1e300) : -1;
         if (failed) return -1;
-        if (root < 0) {
-            const int still = visit(still_modes, 1e300);
-            if (still < 0) return -1;
-            minima[number++] = descend(still);
-        } else {
-            const int still = visit(still_modes, worth(root));
-            minima[number++] = descend(root);
-            if (still >= 0 && value[still] <= worth(minima[0])) minima[number++] = descend(still);
+        const int still = visit(still_modes, root < 0 ? 1e300 : worth(root));
+        if (root >= 0) minima[number++] = add_minimum(root);
+        if (still >= 0 && (root < 0 || value[still] <= worth(minima[0])))
+            number = added(number, still);
+        if (!number) return -1;
+        exploring = 1;
+        for (int i = 0; i < given_others; ++i) {
+            const int other = visit(others + K * i, limit(lowest(minima, number)));
+            if (other >= 0) number = added(number, other);
         }
-        const int best = lowest(minima, number);
+        int best = lowest(minima, number);
         bool held = has_start;
         for (int k = 0; k < K; ++k) held = held && visit_modes[K * best + k] == start[k];
-        if (failed || kicks == 0 || (held && !kick_held)) return best;
-        return perturb(minima, number);
+        if (!failed && kicks && (kick_held || !held)) best = perturb(minima, number);
+        return best;
+    }
+
+    int added(int number, int v) {
+        const int found = add_minimum(v);
+        if (found >= 0) minima[number++] = found;
+        return number;
+    }
+
+    // Keeps the modes of the minima next to the best one, the lowest first; how many there are.
+    APART int keep_next(int best) {
+        for (int i = 0; i < MOST_OTHERS; ++i) {
+            int next = -1;
+            for (int v = 0; v < visits; ++v)
+                if (reached[v] && v != best && (next < 0 || value[v] < value[next])) next = v;
+            if (next < 0) return i;
+            reached[next] = 0;
+            for (int k = 0; k < K; ++k) next_modes[K * i + k] = visit_modes[K * next + k];
+        }
+        return MOST_OTHERS;
     }
 """

@@ -39,30 +39,28 @@ VISITS = """
             if (same) return solved[v] ? v : -1;
         }
         if (spent()) return -1;
-        if (visits == most_visits - 1) return fail();
+        if (visits == most_visits - 1) return leave(), -1;
         solved[visits] = weighed[visits] = reached[visits] = 0;
         solved[visits] = solve_modes(visits, limit);
         return solved[visits++] ? visits - 1 : -1;
     }
 
-    int fail() {
-        failed = 1;
-        return -1;
-    }
+    // What this code cannot solve ends the solve, or, once there is a minimum, is passed over.
+    void leave() { failed = failed || !exploring; }
 
     bool spent() const { return qps >= most_qps; }
 
     APART int solve_modes(int v, double limit) {
         if (!eliminate(visit_modes + K * v)) {
             // redundant contacts: without a point where they disagree
-            if (!disagree(visit_modes + K * v)) fail();
+            if (!disagree(visit_modes + K * v)) leave();
             return 0;
         }
         const double highest = (limit - constant) / value_scale;
         if (limit < 1e300 && unconstrained_minimum() > highest) return 0;
         ++qps;
         const int done = minimise();
-        if (done < 0) return fail(), 0;
+        if (done < 0) return leave(), 0;
         if (!done) return 0;
         keep(v);
         return !(limit < 1e300 && value[v] > limit);

@@ -53,6 +53,7 @@ class SearchSetting(IntEnum):
     KICK_HELD = HAS_START + 4
     ASSEMBLES = HAS_START + 5
     """Whether the problem is made out of a step's maps first."""
+    OTHERS = HAS_START + 6
 
 
 class SearchFinding(IntEnum):
@@ -63,6 +64,8 @@ class SearchFinding(IntEnum):
     BEST = 2
     STATIONARY = 3
     COMPLETE = 4
+    NEXT = 5
+    """How many minima came next to the best one."""
 
 
 class SearchOutcome(IntEnum):
@@ -72,6 +75,9 @@ class SearchOutcome(IntEnum):
     LEFT = 1
     """To the NumPy form."""
 
+
+MOST_OTHERS = 3
+"""Minima beside the best one that a solve begins from, and that it hands on."""
 
 Shape = Callable[[SearchSizes], tuple[int, ...]]
 
@@ -168,6 +174,8 @@ COUNTS: dict[str, Shape] = {
     "resting": lambda a: (a.nu,),
     "start": lambda a: (a.K,),
     "still_modes": lambda a: (a.K,),
+    "others": lambda a: (MOST_OTHERS, a.K),
+    "next_modes": lambda a: (MOST_OTHERS, a.K),
     "dimensions": lambda a: (a.K, a.M),
     "used": lambda a: (a.K, a.M, a.r),
     "valid": lambda a: (a.K, a.M),
@@ -188,6 +196,7 @@ COUNTS: dict[str, Shape] = {
     "stationary": lambda a: (a.most_visits,),
     "complete": lambda a: (a.most_visits,),
     "kicked": lambda a: (a.most_visits,),
+    "tried": lambda a: (a.most_visits,),
     "turn": lambda a: (a.most_visits,),
 }
 """Arrays of whole numbers, one after the other."""

@@ -19,6 +19,7 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
 from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
+from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, SLIDE
 from warp_softbody.controllers.qpcc.result import SolverOptions
 
 TOUCHING = 1e-7
@@ -26,6 +27,9 @@ TOUCHING = 1e-7
 
 SLOPE_NOISE = 1e-6
 """Derivatives above minus this, relative to the largest multiplier, offer no descent."""
+
+COMMON = 4
+"""Kicks of a minimum that let all contacts slide the same way."""
 
 PROGRESS = 1e-10
 """Least relative decrease of the objective that counts as progress."""
@@ -108,16 +112,26 @@ class ContactSearch:
         least = min(minimum.minimiser.value for minimum in minima)
         return next(m for m in minima if m.minimiser.value <= least + self._margin(m.minimiser))
 
-    def perturb(self, starts: list[LocalMinimum]) -> LocalMinimum:
-        """Leave local minima by kicks, the lowest minimum first; the lowest one found."""
-        best = self.lowest(starts)
+    def add_minimum(self, minima: list[LocalMinimum], minimiser: ModeMinimiser) -> bool:
+        """Descend from a point; whether that ends in a minimum which is not among these yet."""
+        found = self.descend(minimiser)
+        if any(found.minimiser.modes == minimum.minimiser.modes for minimum in minima):
+            return False
+        minima.append(found)
+        return True
+
+    def perturb(self, minima: list[LocalMinimum]) -> LocalMinimum:
+        """Leave local minima by kicks, the lowest minimum first; the lowest one found.
+
+        New minima are added to ``minima``.
+        """
+        best = self.lowest(minima)
         if self.options.kicks == 0:
             return best
         order = itertools.count()
-        queue = [(m.minimiser.value, next(order), m, self._kicks(m.minimiser)) for m in starts]
+        queue = [(m.minimiser.value, next(order), m, self._kicks(m.minimiser)) for m in minima]
         heapq.heapify(queue)
-        left, reached = self.options.kicks, {m.minimiser.modes for m in starts}
-        failed = 0
+        left, failed = self.options.kicks, 0
         while queue and left > 0 and failed < self.options.patience and not self.spent:
             value, _, minimum, kicks = heapq.heappop(queue)
             modes = next((m for m in kicks if m not in self._known), None)
@@ -126,13 +140,10 @@ class ContactSearch:
             heapq.heappush(queue, (value, next(order), minimum, kicks))
             left -= 1
             failed += 1
-            minimiser = self.visit(modes, limit=self._within_reach(best.minimiser))
-            if minimiser is None:
+            minimiser = self.visit(modes, limit=self.within_reach(best.minimiser))
+            if minimiser is None or not self.add_minimum(minima, minimiser):
                 continue
-            found = self.descend(minimiser)
-            if found.minimiser.modes in reached:
-                continue
-            reached.add(found.minimiser.modes)
+            found = minima[-1]
             heapq.heappush(
                 queue, (found.minimiser.value, next(order), found, self._kicks(found.minimiser))
             )
@@ -140,8 +151,8 @@ class ContactSearch:
                 best, failed = found, 0
         return best
 
-    def _within_reach(self, best: ModeMinimiser) -> float:
-        """The highest value at which the first QP of a kick may end."""
+    def within_reach(self, best: ModeMinimiser) -> float:
+        """The highest value at which the first QP of a kick, or of another start, may end."""
         reach = self.options.reach
         return math.inf if reach == math.inf else best.value + reach * abs(best.value)
 
@@ -182,23 +193,49 @@ class ContactSearch:
         return np.where(offers, slopes, 0.0) if offers.any() else None
 
     def _kicks(self, minimiser: ModeMinimiser) -> Iterator[tuple[int, ...]]:
-        """Changes of a single mode to cones without the point, the most promising first.
+        """Changes of one mode and of all that bear, in turn; then of one mode alone.
 
-        The derivative along the rays of a mode says what the contact would gain by that freedom.
-        Measured, this order finds four fifths of the gain of the best kick in five kicks, the order
-        by distance two fifths.
+        In sequences of steps what single changes miss are mostly contacts that slide another way
+        together, where each of them alone has nothing to gain.
         """
         table = self.scaled.table
         violation, slopes = (
             table.violation(minimiser.points),
             table.least_slopes(minimiser.multipliers),
         )
-        away = np.isfinite(violation) & (violation > TOUCHING)
-        for flat in np.lexsort((violation.ravel(), np.where(away, slopes, np.inf).ravel())):
-            contact, mode = divmod(int(flat), violation.shape[1])
-            if not away[contact, mode]:
-                return
-            yield _with_mode(minimiser.modes, contact, mode)
+        single = _single_kicks(minimiser.modes, violation, slopes)
+        together = _common_kicks(minimiser.modes, slopes)
+        for common in together:
+            yield from itertools.islice(single, 1)
+            yield common
+        yield from single
+
+
+def _single_kicks(
+    modes: tuple[int, ...], violation: FloatArray, slopes: FloatArray
+) -> Iterator[tuple[int, ...]]:
+    """Changes of a single mode to cones without the point, the most promising first.
+
+    The derivative along the rays of a mode says what the contact would gain by that freedom.
+    Measured, this order finds four fifths of the gain of the best kick in five kicks, the order by
+    distance two fifths.
+    """
+    away = np.isfinite(violation) & (violation > TOUCHING)
+    for flat in np.lexsort((violation.ravel(), np.where(away, slopes, np.inf).ravel())):
+        contact, mode = divmod(int(flat), violation.shape[1])
+        if not away[contact, mode]:
+            return
+        yield _with_mode(modes, contact, mode)
+
+
+def _common_kicks(modes: tuple[int, ...], slopes: FloatArray) -> Iterator[tuple[int, ...]]:
+    """All contacts that bear slide in one mode; at most `COMMON`, the most promising first."""
+    bear = [contact for contact, mode in enumerate(modes) if mode != LIFT]
+    if len(bear) < 2:
+        return
+    gain = np.minimum(slopes[bear, SLIDE:], 0.0).sum(axis=0)
+    for way in np.argsort(gain, kind="stable")[:COMMON].tolist():
+        yield tuple(LIFT if mode == LIFT else SLIDE + way for mode in modes)
 
 
 def _with_mode(modes: tuple[int, ...], contact: int, mode: int) -> tuple[int, ...]:

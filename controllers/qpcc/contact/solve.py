@@ -21,6 +21,7 @@ from warp_softbody.controllers.qpcc.contact.mode_table import LIFT
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 from warp_softbody.controllers.qpcc.contact.warm_start import static_modes, warm_minima
 from warp_softbody.controllers.qpcc.result import (
+    OTHERS,
     ContactMultipliers,
     QPCCResult,
     QPCCStatus,
@@ -40,6 +41,7 @@ def solve_contact(
     seed: int,
     fallback_controls: FloatArray | None,
     touching: BoolArray | None,
+    others: Sequence[Sequence[int]] = (),
 ) -> QPCCResult:
     """Search for the best point (``solve_qpcc``)."""
     search = _search(problem, options)
@@ -51,7 +53,7 @@ def solve_contact(
             return _without_point(search, controls)
         minima, bound = cold.minima, cold.bound
     else:
-        minima = warm_minima(search, start, static)
+        minima = warm_minima(search, start, static, others)
     if not minima:
         forward = forward_contact(search.scaled, controls)
         root = None if forward is None else search.visit(forward[0])
@@ -62,7 +64,7 @@ def solve_contact(
     held = start is not None and best.minimiser.modes == tuple(start)
     if options.kick_held or not held:
         best = search.perturb(minima)
-    return _finish(search, best.minimiser, _status(best), bound)
+    return _finish(search, best.minimiser, _status(best), bound, _next_best(minima, best))
 
 
 def solve_contact_static(
@@ -98,6 +100,12 @@ def enumerate_contact(problem: ContactQPCC, time_limit: float) -> QPCCResult:
     if best is None:
         return _forward_result(search, _scaled_controls(search.scaled, None), None)
     return _finish(search, best, QPCCStatus.BUDGET if search.spent else QPCCStatus.GLOBAL)
+
+
+def _next_best(minima: list[LocalMinimum], best: LocalMinimum) -> tuple[tuple[int, ...], ...]:
+    """Modes of the minima that come after the best one, whose number is bounded."""
+    rest = [minimum.minimiser for minimum in minima if minimum.minimiser is not best.minimiser]
+    return tuple(minimiser.modes for minimiser in sorted(rest, key=lambda m: m.value)[:OTHERS])
 
 
 def _search(problem: ContactQPCC, options: SolverOptions) -> ContactSearch:
@@ -162,6 +170,7 @@ def _finish(
     minimiser: ModeMinimiser,
     status: QPCCStatus,
     bound: float = -np.inf,
+    others: tuple[tuple[int, ...], ...] = (),
 ) -> QPCCResult:
     """The result in the problem's own units, with residuals computed anew from all pairs."""
     scaled = search.scaled
@@ -189,6 +198,7 @@ def _finish(
         forces=forces,
         velocities=velocities,
         modes=minimiser.modes,
+        others=others,
         objective=objective,
         lower_bound=min(bound, objective) if status.usable else bound,
         complementarity=off,

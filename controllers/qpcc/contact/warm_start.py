@@ -34,21 +34,35 @@ def static_modes(search: ContactSearch, touching: BoolArray | None) -> tuple[int
 
 
 def warm_minima(
-    search: ContactSearch, start: Sequence[int] | FloatArray | None, static: tuple[int, ...]
+    search: ContactSearch,
+    start: Sequence[int] | FloatArray | None,
+    static: tuple[int, ...],
+    others: Sequence[Sequence[int]] = (),
 ) -> list[LocalMinimum]:
-    """Local minima below the start and static contacts; none if neither has a point.
+    """Local minima below the start, static contacts and others; none if the former have no point.
 
     The QP of static contacts is solved in every step, so that the result is never worse; where a
-    bound shows that it ends far above that of the start it is not solved to the end.
+    bound shows that it ends far above that of the start it is not solved to the end. From step to
+    step minima overtake one another, so that those which came next are looked at again; they are
+    given up like kicks (``reach``).
     """
-    root = None if start is None else search.visit(_checked_modes(search, start))
+    wanted = "choices of modes, one for every contact"
+    given = [
+        _checked_modes(search, "others", one) for one in checks.several("others", others, wanted)
+    ]
+    root = None if start is None else search.visit(_checked_modes(search, "start", start))
     if root is None:
         root = search.visit(static)
-        return [] if root is None else [search.descend(root)]
-    still = search.visit(static, limit=_worth(root))
-    minima = [search.descend(root)]
-    if still is not None and still.value <= _worth(minima[0].minimiser):
-        minima.append(search.descend(still))
+        minima = [] if root is None else [search.descend(root)]
+    else:
+        still = search.visit(static, limit=_worth(root))
+        minima = [search.descend(root)]
+        if still is not None and still.value <= _worth(minima[0].minimiser):
+            search.add_minimum(minima, still)
+    for modes in given if minima else []:
+        found = search.visit(modes, limit=search.within_reach(search.lowest(minima).minimiser))
+        if found is not None:
+            search.add_minimum(minima, found)
     return minima
 
 
@@ -56,14 +70,16 @@ def _worth(minimiser: ModeMinimiser) -> float:
     return minimiser.value + WORTH * abs(minimiser.value)
 
 
-def _checked_modes(search: ContactSearch, start: Sequence[int] | FloatArray) -> tuple[int, ...]:
+def _checked_modes(
+    search: ContactSearch, name: str, start: Sequence[int] | FloatArray
+) -> tuple[int, ...]:
     count = search.scaled.problem.contact_count
     highest = search.scaled.table.valid.shape[1]
     wanted = f"{count} modes from 0 to {highest - 1}"
-    given = checks.several("start", start, wanted)
+    given = checks.several(name, start, wanted)
     if len(given) != count:
-        checks.refuse("start", wanted, given)
+        checks.refuse(name, wanted, given)
     try:
-        return tuple(checks.whole("a mode of start", mode, high=highest - 1) for mode in given)
+        return tuple(checks.whole(f"a mode of {name}", mode, high=highest - 1) for mode in given)
     except InputError:
-        checks.refuse("start", wanted, given)
+        checks.refuse(name, wanted, given)

@@ -21,8 +21,9 @@ from warp_softbody.controllers.qpcc.contact import (
 )
 from warp_softbody.controllers.qpcc.contact import mode_table as modes_of
 from warp_softbody.controllers.qpcc.contact.mode_table import mode_table
-from warp_softbody.controllers.qpcc.result import QPCCResult
+from warp_softbody.controllers.qpcc.result import OTHERS, QPCCResult
 from warp_softbody.kernels.control.contact_search import LIMITS
+from warp_softbody.kernels.control.search_layout import MOST_OTHERS
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes import make
 
@@ -130,6 +131,43 @@ def test_random_problems_from_any_start(contacts: int, monkeypatch: pytest.Monke
             alike += found.qp_count == expected.qp_count
     # a tie within rounding may send the two to different minima, or one by another way
     assert tried >= 10 and alike >= tried - 1
+
+
+@pytest.mark.parametrize("contacts", [2, 4])
+def test_further_starts_and_common_kicks_are_those_of_the_numpy_form(
+    contacts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(contacts)
+    search, alike, handed_on = CompiledSearch(), 0, 0
+    for seed in range(12):
+        problem = with_squares(soft_body(seed, contacts=contacts, controls=40))
+        start, *others = rng.integers(0, 18, size=(4, contacts)).tolist()
+        arguments: dict[str, Any] = {
+            "start": tuple(start),
+            "others": tuple(map(tuple, others)),
+            "fallback_controls": np.zeros(40),
+            "touching": np.ones(contacts, dtype=bool),
+            "options": SolverOptions(patience=12, kicks=20, max_qps=100),
+        }
+        found = natively(monkeypatch, search, problem, **arguments)
+        expected = solve_qpcc(problem, **arguments)
+        assert found is not None and len(found.others) <= OTHERS
+        alike += found.modes == expected.modes and found.qp_count == expected.qp_count
+        values = [
+            [
+                solve_qpcc(problem, start=modes, options=SolverOptions(kicks=0)).objective
+                for modes in one
+            ]
+            for one in (found.others[:1], expected.others[:1])
+        ]
+        # pieces that share a point have one value, and may stand in either order
+        handed_on += values[0] == pytest.approx(values[1], rel=1e-6)
+    # redundant contacts, which this form passes over, and ties within rounding make a difference
+    assert alike >= 10 and handed_on >= 11
+
+
+def test_both_forms_hand_on_as_many_minima() -> None:
+    assert MOST_OTHERS == OTHERS
 
 
 @pytest.mark.parametrize("directions", [3, 4, 8])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from tests.support.contact_problems import repeated, soft_body
 from warp_softbody.controllers import ContactQPCC, QPCCStatus, SolverOptions
 from warp_softbody.controllers.qp.daqp import DAQPSolver
 from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
+from warp_softbody.controllers.qpcc.result import OTHERS
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.errors import InputError
 
@@ -113,3 +115,48 @@ def test_a_sequence_of_warm_starts_is_the_same_every_time() -> None:
         return values
 
     assert follow() == follow()
+
+
+def test_what_came_next_to_the_best_is_handed_on_and_begun_from() -> None:
+    """From a poor start alone, and from there with the minima that a long search came by."""
+    thorough = SolverOptions(kicks=60, patience=60, max_qps=400)
+    alone = SolverOptions(kicks=0)
+    gained = 0
+    for seed in range(8):
+        problem = soft_body(seed, contacts=4, controls=12)
+        (start,) = starts(seed, 4, 1)
+        best = solve_qpcc(problem, start=start, options=thorough)
+        assert best.modes not in best.others and len(set(best.others)) == len(best.others) <= OTHERS
+        values = [solve_qpcc(problem, start=one, options=alone).objective for one in best.others]
+        assert min([*values, np.inf]) >= best.objective - 1e-10
+        plain = solve_qpcc(problem, start=start, options=alone)
+        beside = solve_qpcc(problem, start=start, others=(best.modes,), options=alone)
+        assert beside.objective <= plain.objective + 1e-12
+        assert beside.objective == pytest.approx(best.objective, rel=1e-9, abs=1e-12)
+        gained += beside.objective < plain.objective - 1e-9
+    assert gained >= 1
+
+
+@pytest.mark.parametrize(
+    ("others", "word"),
+    [(((1, 1),), "4 modes"), (((1, 1, 1, 99),), "99"), (3, "others"), (("abcd",), "a")],
+)
+def test_wrong_further_starts_are_one_sentence(others: Any, word: str) -> None:
+    problem = soft_body(0, contacts=4, controls=12)
+    with pytest.raises(InputError, match=word):
+        solve_qpcc(problem, start=(1, 1, 1, 1), others=others)
+
+
+@pytest.mark.parametrize("friction", [1e5, 1e9, 1e300])
+def test_friction_beyond_all_others_is_solved_like_very_high_friction(friction: float) -> None:
+    for seed in range(6):
+        plain = soft_body(seed, contacts=3, controls=12)
+        high = replace(plain, friction=np.full(3, 1e4))
+        beyond = replace(plain, friction=np.full(3, friction))
+        for start in (None, (1, 1, 1)):
+            expected, found = solve_qpcc(high, start=start), solve_qpcc(beyond, start=start)
+            assert found.status is expected.status is not QPCCStatus.INACCURATE
+            assert found.objective == expected.objective
+            sticking = solve_static(beyond)
+            assert sticking.status is QPCCStatus.STATIC
+            np.testing.assert_allclose(sticking.velocities, 0.0, atol=1e-9)
