@@ -163,7 +163,6 @@ class ControlSolver:
                 [patch.frame for patch in goals.patches],
             )
             if found is not None:
-                check_maps(goals, found)
                 return found
         maps = self._dynamics.solve(rows_of(goals, view), free=free)
         check_maps(goals, maps)

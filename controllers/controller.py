@@ -61,6 +61,8 @@ class Goals:
 
 def segments(label: str, value: object) -> tuple[int, ...]:
     """Indices of muscle segments, in a tuple."""
+    if type(value) is tuple and all(type(index) is int and index >= 0 for index in value):
+        return value
     given = checks.several(label, value, "a tuple of segment indices")
     return tuple(checks.whole(f"{label}[{i}]", index) for i, index in enumerate(given))
 

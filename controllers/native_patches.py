@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
@@ -18,27 +16,29 @@ from warp_softbody.controllers.compiled.contact_patches import (
 )
 from warp_softbody.controllers.contact_frames import SLIDING, nearest_map
 from warp_softbody.controllers.contact_quadrature import LOADED, REACH, surface_parts
+from warp_softbody.errors import InputError
 from warp_softbody.world.ground import Ground, Plane
 from warp_softbody.world.view import BodyView
 
 
-def native_patches(
-    view: BodyView,
-    ground: Ground,
-    regions: tuple[str, ...],
-    nodes: list[npt.NDArray[np.int32]],
-    workroom: dict[Any, Any],
-) -> PatchNumbers:
-    """The patches of regions, given by their nodes too; the room keeps arrays between steps."""
-    key = ("patches", regions)
-    if key not in workroom:
-        workroom[key] = CompiledPatches(_parts_that_stay(view, ground, nodes))
-    own, flat = np.concatenate(nodes), type(ground) is Plane
-    found: PatchNumbers = workroom[key].find(
-        *(view.positions, view.velocities, view.impulses, view.touching),
-        None if flat else ground.measure(view.positions[own]),
-    )
-    return found
+def nodes_of(view: BodyView, regions: tuple[str, ...]) -> list[npt.NDArray[np.int32]]:
+    """Nodes of the regions of a body, of which none may be empty."""
+    nodes = [view.scene.character.region(name) for name in regions]
+    for name, own in zip(regions, nodes, strict=True):
+        if not len(own):
+            raise InputError(f"patch region {name!r} holds no nodes")
+    return nodes
+
+
+def native_patches(view: BodyView, ground: Ground, regions: tuple[str, ...]) -> PatchNumbers:
+    """The patches of regions of a view that has a workroom."""
+
+    def made() -> CompiledPatches:
+        return CompiledPatches(_parts_that_stay(view, ground, nodes_of(view, regions)))
+
+    known: CompiledPatches = view.kept(("patches", regions), made)
+    measured = None if type(ground) is Plane else ground.measure(view.positions[known.nodes])
+    return known.find(view.positions, view.velocities, view.impulses, view.touching, measured)
 
 
 def _parts_that_stay(

@@ -7,6 +7,7 @@ velocities in node order (x, y, z of node 0, then of node 1, ...). Positions of 
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,10 @@ from warp_softbody.controllers.contact_frames import contact_frame
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import Value
+from warp_softbody.world.native_measures import BaseArea
 from warp_softbody.world.view import BodyView
+
+DOUBLE = np.dtype(np.float64)
 
 LARGEST = 1e12
 """Size of a row's, target's or weight's numbers beyond which an objective is refused: what else is
@@ -66,18 +70,18 @@ class Objective(Value):
 
     def _is_ready(self) -> bool:
         """Whether nothing is wrong; told fast, for what is made in every step."""
-        arrays = (self.rows, self.target, self.weight)
-        for array in arrays:
-            if type(array) is not np.ndarray or array.dtype != np.float64:
-                return False
-        count = self.rows.shape[:1] if self.rows.ndim == 2 else None
-        if self.target.shape != count or self.weight.shape != count:
+        rows, target, weight = self.rows, self.target, self.weight
+        if not (type(rows) is type(target) is type(weight) is np.ndarray):
+            return False
+        # NumPy has one object for the type of all plain arrays of double precision
+        if not (rows.dtype is target.dtype is weight.dtype is DOUBLE):
+            return False
+        if rows.ndim != 2 or not target.shape == weight.shape == rows.shape[:1]:
             return False
         input_kinds.name("Objective.name", self.name)
-        for array in arrays:
-            if not _is_small(array):
-                return False
-        return min(self.weight.tolist(), default=0.0) >= 0.0
+        # no square is larger than the sum of all
+        size = np.vdot(rows, rows) + np.vdot(target, target) + np.vdot(weight, weight)
+        return bool(size <= LARGEST * LARGEST) and min(weight.tolist(), default=0.0) >= 0.0
 
 
 def _is_small(values: FloatArray) -> bool:
@@ -87,7 +91,11 @@ def _is_small(values: FloatArray) -> bool:
 
 def _each(weight: npt.ArrayLike, rows: FloatArray) -> FloatArray:
     """One for each row, where one number is given for all."""
-    return np.full(len(rows), weight) if isinstance(weight, float) else np.asarray(weight)
+    if not isinstance(weight, float):
+        return np.asarray(weight)
+    every = np.empty(len(rows))
+    every[:] = weight
+    return every
 
 
 def _sized(name: str, field: str, values: FloatArray) -> FloatArray:
@@ -108,20 +116,12 @@ def _refuse_large(name: str, field: str, values: FloatArray) -> None:
 
 def momentum_rows(view: BodyView) -> FloatArray:
     """L = rows v, (3, 3n)."""
-    rows = np.zeros((3, view.node_count, 3))
-    for axis in range(3):
-        rows[axis, :, axis] = view.masses
-    return rows.reshape(3, -1)
+    return mean_rows(view, view.masses)
 
 
 def angular_momentum_rows(view: BodyView) -> FloatArray:
     """H about the centre of mass = rows v, (3, 3n)."""
-    arms = (view.positions - view.center_of_mass) * view.masses[:, None]
-    rows = np.zeros((3, view.node_count, 3))
-    rows[0, :, 1], rows[0, :, 2] = -arms[:, 2], arms[:, 1]
-    rows[1, :, 0], rows[1, :, 2] = arms[:, 2], -arms[:, 0]
-    rows[2, :, 0], rows[2, :, 1] = -arms[:, 1], arms[:, 0]
-    return rows.reshape(3, -1)
+    return view.turning
 
 
 def mean_rows(view: BodyView, weights: FloatArray) -> FloatArray:
@@ -130,8 +130,7 @@ def mean_rows(view: BodyView, weights: FloatArray) -> FloatArray:
     The weights (n,) sum to one, or to zero for a difference of two means.
     """
     rows = np.zeros((3, view.node_count, 3))
-    for axis in range(3):
-        rows[axis, :, axis] = weights
+    np.einsum("ana->na", rows)[...] = weights[:, None]
     return rows.reshape(3, -1)
 
 
@@ -153,7 +152,7 @@ def linear_momentum(view: BodyView, rate: FloatArray, weight: npt.ArrayLike = 1.
     """``|dL - dL*|^2`` (eq. 12-13) for a wanted rate dL* (3,) N, in units of m g dt."""
     unit = 1.0 / (weight_of(view) * view.time_step)
     target = (view.linear_momentum + view.time_step * rate) * unit
-    rows = momentum_rows(view) * unit
+    rows = view.kept("rows of the momentum", lambda: momentum_rows(view) * unit)
     return Objective(name="linear momentum", rows=rows, target=target, weight=_each(weight, rows))
 
 
@@ -185,22 +184,34 @@ def base_area(
     In units of sqrt(g / L).
     """
     ground = view.scene.ground
-    frame = contact_frame(ground.normal if ground is not None else (0.0, 0.0, 1.0))
-    flat = view.positions[triangles] @ frame[1:].T
-    ahead, behind = flat[:, [1, 2, 0]], flat[:, [2, 0, 1]]
-    turned = np.stack([ahead[..., 1] - behind[..., 1], behind[..., 0] - ahead[..., 0]], axis=-1)
-    doubled = np.sum(flat * turned, axis=(1, 2)) / 2.0
-    pull = ((np.sign(doubled)[:, None, None] * turned) @ frame[1:]).reshape(-1, 3)
-    corners = triangles.ravel()
-    area = float(np.abs(doubled).sum())
+    tangents = contact_frame(ground.normal if ground is not None else (0.0, 0.0, 1.0))[1:]
+    if view.workroom is None:
+        area, gradient = _area_of(view.positions, triangles, tangents)
+    else:
+        key = ("base area", triangles.tobytes())
+        known: BaseArea = view.kept(key, lambda: BaseArea(view.node_count, triangles, tangents))
+        area, gradient = known.find(view.positions)
     if not area > 0.0:
         raise InputError("objective 'base area': the base covers no area of the ground")
-    gradient = [np.bincount(corners, along, view.node_count) for along in pull.T]
     unit = BodyUnits.of(view).time
-    rows = unit * (np.stack(gradient, axis=1) / area).reshape(1, -1)
+    rows = (unit / area) * gradient.reshape(1, -1)
     return Objective(
         name="base area", rows=rows, target=np.array([growth * unit]), weight=np.array([weight])
     )
+
+
+def _area_of(
+    positions: FloatArray, triangles: npt.NDArray[np.integer], tangents: FloatArray
+) -> tuple[float, FloatArray]:
+    """Area, m^2, of triangles along two tangents, and its gradient (n, 3)."""
+    flat = positions[triangles] @ tangents.T
+    ahead, behind = flat[:, [1, 2, 0]], flat[:, [2, 0, 1]]
+    turned = np.stack([ahead[..., 1] - behind[..., 1], behind[..., 0] - ahead[..., 0]], axis=-1)
+    doubled = np.sum(flat * turned, axis=(1, 2)) / 2.0
+    pull = ((np.sign(doubled)[:, None, None] * turned) @ tangents).reshape(-1, 3)
+    corners = triangles.ravel()
+    gradient = [np.bincount(corners, along, len(positions)) for along in pull.T]
+    return float(np.abs(doubled).sum()), np.stack(gradient, axis=1)
 
 
 def position(
@@ -216,7 +227,7 @@ def position(
     In units of a length, m; default the body's length L.
     """
     share = 1.0 / (BodyUnits.of(view).length if unit is None else unit)
-    rows = (view.time_step * share) * mean_rows(view, weights)
+    rows = mean_rows(view, (view.time_step * share) * weights)
     target = share * (goal - weights @ view.positions)
     return Objective(name="position", rows=rows, target=target, weight=_each(weight, rows))
 
@@ -228,11 +239,17 @@ def velocity(
     weight: npt.ArrayLike = 1.0,
     *,
     unit: float | None = None,
+    stays: Hashable = None,
 ) -> Objective:
     """``|f(v+) - v*|^2`` (eq. 18), f a weighted mean of nodes or a difference, goal (3,) m/s.
 
-    In units of a speed, m/s; default sqrt(g L).
+    In units of a speed, m/s; default sqrt(g L). ``stays`` names weights that are the same in all
+    steps of a run, in the same unit, so that their rows are made once.
     """
     share = 1.0 / (BodyUnits.of(view).speed if unit is None else unit)
-    rows = np.asarray(share * mean_rows(view, weights))
+
+    def made() -> FloatArray:
+        return mean_rows(view, share * weights)
+
+    rows = made() if stays is None else view.kept(("velocity", stays), made)
     return Objective(name="velocity", rows=rows, target=share * goal, weight=_each(weight, rows))

@@ -19,8 +19,7 @@ from warp_softbody.controllers.carried_directions import carrier_of
 from warp_softbody.controllers.compiled.contact_patches import PatchNumbers
 from warp_softbody.controllers.contact_frames import SLIDING, carried_axes, moving_frames
 from warp_softbody.controllers.contact_quadrature import NearSurface, measure, shares_of
-from warp_softbody.controllers.native_patches import native_patches
-from warp_softbody.errors import InputError
+from warp_softbody.controllers.native_patches import native_patches, nodes_of
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import Value, unchecked
 from warp_softbody.world.ground import Ground
@@ -85,17 +84,11 @@ def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...
     checks.instance("view of ground_patches", view, BodyView)
     regions = input_kinds.names("regions of ground_patches", regions)
     ground = view.scene.ground
-    if ground is None:
-        return ()
-    nodes = [view.scene.character.region(name) for name in regions]
-    for name, own in zip(regions, nodes, strict=True):
-        if not len(own):
-            raise InputError(f"patch region {name!r} holds no nodes")
-    if not nodes:
+    if ground is None or not regions:
         return ()
     if view.workroom is None or len(view.impulses) != view.node_count:
-        return patches_of(view, ground, measure(view, ground, nodes))
-    return _made(ground, native_patches(view, ground, regions, nodes, view.workroom))
+        return patches_of(view, ground, measure(view, ground, nodes_of(view, regions)))
+    return _made(ground, native_patches(view, ground, regions))
 
 
 def patches_of(view: BodyView, ground: Ground, near: NearSurface) -> tuple[Patch, ...]:

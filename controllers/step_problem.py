@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -93,6 +94,14 @@ def build_qpcc(
     )
 
 
+@lru_cache(maxsize=8)
+def planned_directions(cone: int) -> FloatArray:
+    """The directions (cone, 2) of the friction cones that steps are planned with, read-only."""
+    directions = uniform_directions(cone)
+    directions.setflags(write=False)
+    return directions
+
+
 def step_terms(
     goals: Goals,
     maps: Maps,
@@ -115,11 +124,11 @@ def step_terms(
         activations=activations,
         targets=joined([o.target for o in objectives]) if objectives else np.zeros(0),
         goal_weights=joined([o.weight for o in objectives]) if objectives else np.zeros(0),
-        gaps=np.array([patch.gap / time_step for patch in patches]),
+        gaps=np.array([patch.gap for patch in patches]) / time_step,
         costs=_activation_weights(goals.activation, len(activations), time_step / time_unit),
         friction=_planned_friction(patches),
         factors=np.array([patch.factors for patch in patches]).reshape(-1, DIRECTIONS)[:, ::stride],
-        directions=uniform_directions(cone),
+        directions=planned_directions(cone),
         resting=goals.resting,
     )
 

@@ -68,7 +68,11 @@ class PatchNumbers(NamedTuple):
 
 
 class CompiledPatches:
-    """Finds the patches of parts that stay, with numbers as the NumPy form has them."""
+    """Finds the patches of parts that stay, with numbers as the NumPy form has them.
+
+    Attributes:
+        nodes: (k,), of the parts.
+    """
 
     def __init__(self, parts: StayingParts) -> None:
         """Lay out the arrays of some parts."""
@@ -81,6 +85,7 @@ class CompiledPatches:
         numbers = {name: shape(sizes) for name, shape in NUMBERS.items()}
         counts = {name: shape(sizes) for name, shape in COUNTS.items()}
         program = HostProgram(numbers, counts)
+        self.nodes = parts.nodes
         self._numbers, self._counts = program.numbers, program.counts
         self._run = program.running(make_contact_patches().find, reads=[], writes=[])
         self._counts["settings"][...] = sizes

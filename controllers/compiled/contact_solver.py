@@ -181,6 +181,7 @@ class _Room:
 
     def __init__(self, sizes: SearchSizes) -> None:
         self._resting: tuple[int, ...] = ()
+        self._asked: tuple[SolverOptions, bool, bool, int] | None = None
         numbers = {name: shape(sizes) for name, shape in NUMBERS.items()}
         counts = {name: shape(sizes) for name, shape in COUNTS.items()}
         program = HostProgram(numbers, counts)
@@ -236,12 +237,14 @@ class _Room:
         *,
         assembles: bool,
     ) -> QPCCResult | None:
-        counts = self.counts
-        self.numbers["scalars"][1] = options.reach
-        counts["settings"][SearchSetting.HAS_START :] = (
-            *(start is not None, min(options.max_qps, 10**6), options.kicks, options.patience),
-            *(options.kick_held, assembles, len(others)),
-        )
+        counts, asked = self.counts, (options, start is None, assembles, len(others))
+        if asked != self._asked:
+            self._asked = asked
+            self.numbers["scalars"][1] = options.reach
+            counts["settings"][SearchSetting.HAS_START :] = (
+                *(start is not None, min(options.max_qps, 10**6), options.kicks, options.patience),
+                *(options.kick_held, assembles, len(others)),
+            )
         for place, modes in enumerate(others):
             counts["others"][place] = modes
         if start is not None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers import objectives
@@ -18,6 +20,7 @@ from warp_softbody.controllers.motions.balance_gains import ANY_BODY, BalanceGai
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.world.view import BodyView
 
 __all__ = ["Balance", "BalanceGains"]
@@ -35,6 +38,22 @@ LEAST_HEIGHT = 1e-3
 
 LYING = 0.5
 """Height over length of a body below which it has no head to hold up."""
+
+
+class _Lever(NamedTuple):
+    """What stays of the head over the base from step to step.
+
+    Attributes:
+        weights: (n,), of the difference of their means.
+        rest: (3,) m, that difference at rest.
+        slopes: (2, n), weights of heights in how far the base's slopes carry the head, along x, y.
+        rows: (3, 3n), of the objective.
+    """
+
+    weights: FloatArray
+    rest: FloatArray
+    slopes: FloatArray
+    rows: FloatArray
 
 
 @remembered
@@ -67,6 +86,7 @@ class Balance:
         self._stance = np.array([x, y, 0.0])
         self._units: BodyUnits | None = None
         self._height: float | None = None
+        self._head_over_base: _Lever | None = None
         self._triangles: np.ndarray[tuple[int, ...], np.dtype[np.int32]] | None = None
 
     @classmethod
@@ -106,7 +126,7 @@ class Balance:
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])
         ahead = self._capture_point(view, target)
-        offset = float(np.hypot(*ahead))
+        offset = math.hypot(*ahead)
         target[2] += self._height - min(g.crouch * offset, 0.3 * self._height)
         pull = view.mass * g.position * (target - view.center_of_mass)
         rate = pull - g.velocity * view.linear_momentum
@@ -128,43 +148,51 @@ class Balance:
         self, view: BodyView, ahead: np.ndarray[tuple[int, ...], Any], offset: float
     ) -> objectives.Objective:
         """The head comes back to its place over the base, at the height that is wanted."""
-        g, points = self._gains, view.scene.character.mesh.points
-        weights = mean_weights(view, (self._head,)) - mean_weights(view, (self._base,))
-        rest, now = weights[: len(points)] @ points, weights @ view.positions
-        rows = objectives.mean_rows(view, weights).reshape(3, -1, 3)
-        slopes = g.follow * rest[2] * self._slopes(view)
-        rows[:2, :, 2] += slopes
+        g, lever = self._gains, self._lever(view)
+        rest, now = lever.rest, lever.weights @ view.positions
         way = g.upright * (rest - now)
-        way[:2] -= g.upright * (slopes @ view.positions[:, 2] + g.lean * ahead)
+        way[:2] -= g.upright * (lever.slopes @ view.positions[:, 2] + g.lean * ahead)
         skips = offset > g.skip_from
-        way[2] = self._rising(view, weights, rest[2], offset, skips=skips)
+        speed = float(lever.weights @ view.velocities[:, 2])
+        way[2] = self._rising(view, float(now[2]), speed, float(rest[2]), offset, skips=skips)
         height = SKIP_WEIGHT if skips else g.height_weight
-        unit = float(np.linalg.norm(view.scene.gravity)) * view.time_step
         return objectives.Objective(
             name="upright",
-            rows=rows.reshape(3, -1) / unit,
-            target=way / unit,
+            rows=lever.rows,
+            target=way / (view.gravity * view.time_step),
             weight=g.upright_weight * np.array([1.0, 1.0, height]),
         )
+
+    def _lever(self, view: BodyView) -> _Lever:
+        """What stays of the head over the base."""
+        if self._head_over_base is None:
+            points = view.scene.character.mesh.points
+            weights = mean_weights(view, (self._head,)) - mean_weights(view, (self._base,))
+            rest = weights[: len(points)] @ points
+            slopes = self._gains.follow * rest[2] * self._slopes(view)
+            rows = objectives.mean_rows(view, weights).reshape(3, -1, 3)
+            rows[:2, :, 2] += slopes
+            rows /= view.gravity * view.time_step
+            self._head_over_base = _Lever(weights, rest, slopes, rows.reshape(3, -1))
+        return self._head_over_base
 
     def _rising(
         self,
         view: BodyView,
-        weights: np.ndarray[tuple[int, ...], Any],
+        height: float,
+        speed: float,
         rest: float,
         offset: float,
         *,
         skips: bool,
     ) -> float:
-        """The wanted speed (m/s) at which the head rises over the base."""
+        """The wanted speed (m/s) at which the head rises over the base, from a height, m."""
         g = self._gains
         squat = rest - min(g.squat * offset, (1.0 - g.least_height) * rest)
         goal = (1.0 - SKIP_DEPTH) * rest if skips else squat
-        speed = float((weights @ view.velocities)[2])
         share = SKIP_ACCELERATION if skips else g.height_acceleration
-        change = share * float(np.linalg.norm(view.scene.gravity)) * view.time_step
-        wanted = g.height_rate * (goal - float((weights @ view.positions)[2]))
-        return min(max(wanted, speed - change), speed + change)
+        change = share * view.gravity * view.time_step
+        return min(max(g.height_rate * (goal - height), speed - change), speed + change)
 
     def _slopes(self, view: BodyView) -> np.ndarray[tuple[int, ...], Any]:
         """Weights (2, n), 1/m, of the nodes' heights in the slopes of the base along x and y."""
@@ -180,19 +208,17 @@ class Balance:
     def _relaxed(self, offset: float) -> ActivationCost:
         g = self._gains
         share = max(0.0, 1.0 - offset / g.relax_within)
-        return replace(g.activation, effort=g.activation.effort * (1.0 + g.relax * share))
+        effort = g.activation.effort * (1.0 + g.relax * share)
+        return unchecked_copy(g.activation, effort=effort)
 
     def _capture_point(
         self, view: BodyView, base: np.ndarray[tuple[int, ...], Any]
     ) -> np.ndarray[tuple[int, ...], Any]:
         """Where (2,) m the capture point c + v sqrt(h / g) is, from the base's middle."""
-        gravity = float(np.linalg.norm(view.scene.gravity))
-        height = max(
-            float((view.center_of_mass - base)[2]), LEAST_HEIGHT * BodyUnits.of(view).length
-        )
-        speed = view.linear_momentum / view.mass
-        ahead = view.center_of_mass - base + speed * np.sqrt(height / max(gravity, 1e-6))
-        return np.asarray(ahead[:2])
+        over = view.center_of_mass - base
+        height = max(float(over[2]), LEAST_HEIGHT * BodyUnits.of(view).length)
+        time = math.sqrt(height / max(view.gravity, 1e-6))
+        return np.asarray((over + view.linear_momentum * (time / view.mass))[:2])
 
     def _widen(self, view: BodyView, growth: float) -> objectives.Objective:
         if self._triangles is None:

@@ -22,10 +22,16 @@ BASE_PATCHES = ("base_patch_0", "base_patch_1", "base_patch_2", "base_patch_3")
 
 def region_mean(view: BodyView, values: FloatArray, region: str) -> FloatArray:
     """The mean (3,) of nodal values (n, 3) over a named region of the character at rest."""
+    nodes, shares = view.kept(("mean", region), lambda: _region_shares(view, region))
+    return np.asarray(shares @ values[nodes])
+
+
+def _region_shares(view: BodyView, region: str) -> tuple[IntArray, FloatArray]:
+    """Nodes of a region and how much each counts, sum one."""
     character = view.scene.character
     nodes = character.region(region)
     sizes = _sizes(character.mesh, (nodes.tobytes(),))[0]
-    return np.asarray(sizes @ values[nodes] / sizes.sum())
+    return nodes, sizes / sizes.sum()
 
 
 def contact_point(view: BodyView, region: str) -> FloatArray:
@@ -37,6 +43,11 @@ def contact_point(view: BodyView, region: str) -> FloatArray:
 
 def mean_weights(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
     """Nodal weights (n,) of the mean over some regions at rest; their sum is one."""
+    weights: FloatArray = view.kept(("mean weights", regions), lambda: _made(view, regions))
+    return weights
+
+
+def _made(view: BodyView, regions: tuple[str, ...]) -> FloatArray:
     character = view.scene.character
     nodes = tuple(character.region(name).tobytes() for name in regions)
     return _mean_weights(character.mesh, nodes, view.node_count)

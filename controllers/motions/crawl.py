@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -21,6 +21,7 @@ from warp_softbody.controllers.motions.trajectories import smooth_step
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.world.view import BodyView
 
 CATCH_UP = 1.4
@@ -213,7 +214,7 @@ class Crawl:
         patches = list(ground_patches(view, BELLY_PATCHES))
         if patches and self.phase is not CrawlPhase.REST:
             end = 0 if self.phase is CrawlPhase.PULL else -1
-            patches[end] = replace(patches[end], slips=True)
+            patches[end] = unchecked_copy(patches[end], slips=True)
         return tuple(patches)
 
     def _corners(self, view: BodyView, share: float, rate: float) -> list[Objective]:
@@ -233,7 +234,8 @@ class Crawl:
         goal = np.array([self._goals[name], *self._home[name][1:]])
         way = np.array([speed, 0.0, 0.0]) + g.follow * (goal - weights @ view.positions)
         cost = np.array([g.corner_weight, g.side_weight, g.ground_weight])
-        return objectives.velocity(view, weights, way, cost / view.time_step)
+        stays = ("corner", name)
+        return objectives.velocity(view, weights, way, cost / view.time_step, stays=stays)
 
     def _middle(self, view: BodyView, share: float, rate: float) -> Objective:
         """Up while the ends come together, down while they part."""
@@ -246,9 +248,10 @@ class Crawl:
         }[self.phase]
         miss = height - weights @ view.positions[:, 2]
         share = 1.0 / BodyUnits.of(view).speed
+        rows = view.kept("rows of the middle", lambda: objectives.mean_rows(view, share * weights))
         return Objective(
             name="middle",
-            rows=objectives.mean_rows(view, weights)[2:] * share,
+            rows=rows[2:],
             target=np.array([share * (climb + g.follow * miss)]),
             weight=np.array([g.middle_weight / view.time_step]),
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import Enum
 
 import numpy as np
@@ -22,6 +21,7 @@ from warp_softbody.controllers.motions.trajectories import eased_change, smooth_
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.world.view import BodyView
 
 NEARLY = 0.94
@@ -117,7 +117,7 @@ class Jump:
         if self.phase in (JumpPhase.LIFT, JumpPhase.FLY):
             return self._wanted(view, self._fly(view), grounded=False)
         goals = self._balance.goals(view)
-        return replace(goals, activation=self._eased(view.time, goals.activation))
+        return unchecked_copy(goals, activation=self._eased(view.time, goals.activation))
 
     def _eased(self, time: float, usual: ActivationCost) -> ActivationCost:
         g, elapsed = self._gains, time - self._since

@@ -30,7 +30,7 @@ def following(view: BodyView, path: FloatArray, position: float, velocity: float
         velocity: Kd, 1/s.
     """
     dt = view.time_step
-    before, soon = np.diff(path, axis=0) / dt
+    before, soon = (path[1:] - path[:-1]) / dt
     speed = view.linear_momentum / view.mass
     behind = path[2] - view.center_of_mass - dt * speed
     pull = (soon - before) / dt + position * behind + velocity * (soon - speed)
@@ -53,7 +53,7 @@ class MissingRate:
             share = view.time_step / (view.time_step + self._time)
             self._learnt += share * (short - self._learnt)
             most = MOST_MISSING * view.weight
-            self._learnt = np.clip(self._learnt, -most, most)
+            self._learnt = np.minimum(np.maximum(self._learnt, -most), most)
         rate = wanted + self._learnt
         self._asked = view.linear_momentum + view.time_step * rate
         return np.asarray(rate)

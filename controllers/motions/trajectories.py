@@ -5,9 +5,8 @@ A share of an interval of time runs from 0 at its start to 1 at its end.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from warp_softbody.controllers.controller import ActivationCost
+from warp_softbody.inputs.records import unchecked_copy
 
 
 def smooth_step(share: float) -> tuple[float, float, float]:
@@ -27,4 +26,4 @@ def eased_change(usual: ActivationCost, ease: float, share: float) -> Activation
     After a contact was lost or won the other ones so take over the load in several steps.
     """
     left = max(0.0, 1.0 - share)
-    return replace(usual, change=usual.change * (1.0 + ease * left**2))
+    return unchecked_copy(usual, change=usual.change * (1.0 + ease * left**2))

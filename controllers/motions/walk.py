@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -245,7 +246,7 @@ class Walk:
         """What takes the plan back to the body where that has slipped or was pushed away."""
         behind = view.center_of_mass - goal
         behind[2] = 0.0
-        far = float(np.linalg.norm(behind))
+        far = math.hypot(*behind.tolist())
         return np.asarray(behind * max(0.0, 1.0 - self._gains.leash / max(far, 1e-9)))
 
     def _path(
@@ -267,12 +268,12 @@ class Walk:
         self, view: BodyView, feet: FeetNow, foot: int, place: FloatArray, speed: FloatArray
     ) -> Objective:
         """A foot keeps to its path."""
-        g, weights = self._gains, feet.weights[foot]
-        now = weights @ view.velocities
+        g, weights, now = self._gains, feet.weights[foot], feet.speeds[foot]
         way = speed + g.foot_position * (place - feet.lowest[foot])
         soon = now + view.time_step * g.foot_velocity * (way - now)
         unit = objectives.weight_of(view) / view.mass * view.time_step
-        return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit)
+        stays = ("foot", self._feet[foot])
+        return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit, stays=stays)
 
     def _hold(self, home: FloatArray, foot: int) -> tuple[FloatArray, FloatArray]:
         """Place, m, and velocity, m/s, of a foot that stands; only its height is asked for."""

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.motions.body_measures import mean_weights
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.world.view import BodyView
@@ -15,14 +19,31 @@ class FeetNow:
     Attributes:
         weights: (feet, n), nodal weights of their means.
         lowest: (feet, 3) m, their mean x and y, and z of their lowest nodes.
+        speeds: (feet, 3) m/s, mean velocities.
     """
 
     def __init__(self, view: BodyView, names: tuple[str, ...]) -> None:
         """Those regions of the character are its feet."""
-        regions = [view.scene.character.region(name) for name in names]
-        self.weights = np.array([mean_weights(view, (name,)) for name in names])
-        self.lowest = self.weights @ view.positions
-        self.lowest[:, 2] = [view.positions[nodes, 2].min() for nodes in regions]
+        known: _Feet = view.kept(("feet", names), lambda: _feet(view, names))
+        self.weights = known.weights
+        self.speeds = known.weights @ view.velocities
+        self.lowest = known.weights @ view.positions
+        self.lowest[:, 2] = np.minimum.reduceat(view.positions[known.nodes, 2], known.begins)
+
+
+class _Feet(NamedTuple):
+    """Weights (feet, n) of the means, the nodes of one foot after the other, and their begins."""
+
+    weights: FloatArray
+    nodes: npt.NDArray[np.int32]
+    begins: npt.NDArray[np.intp]
+
+
+def _feet(view: BodyView, names: tuple[str, ...]) -> _Feet:
+    regions = [view.scene.character.region(name) for name in names]
+    counts = np.array([len(nodes) for nodes in regions])
+    weights = np.array([mean_weights(view, (name,)) for name in names])
+    return _Feet(weights, np.concatenate(regions), np.cumsum(counts) - counts)
 
 
 def upward_only(objective: Objective) -> Objective:

@@ -74,7 +74,8 @@ COUNTS: dict[str, Shape] = {
     # of a row among the right-hand sides; -1 for a momentum
     "column": lambda a: (a.r,),
 }
-"""Arrays of whole numbers; ``solved`` are the rows to solve for and whether all are finite."""
+"""Arrays of whole numbers; ``solved`` are the rows to solve for, and whether all numbers are
+finite: of the rows, then of the maps."""
 
 TOOLS = f"""
     static double size_of(double a) {{ return a < 0.0 ? -a : a; }}
@@ -241,6 +242,11 @@ CONCLUDE = """
                 for (int j = 0; j < s; ++j) to[j] = from[(size_t)j * LANES];
             }
         }
+        double all = 0.0;
+        for (int i = 0; i < r * r; ++i) all += compliance[i];
+        for (int i = 0; i < r * s; ++i) all += muscle_map[i];
+        for (int i = 0; i < r; ++i) all += free_velocity[i];
+        solved[1] = size_of(all) < 1e300;
         for (int j = 0; j < s; ++j) {
             lengths[j] = length[j];
             reaches[j] = reach[j];

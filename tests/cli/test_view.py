@@ -45,6 +45,20 @@ def test_a_scene_is_served_until_ctrl_c(start: Callable[..., subprocess.Popen[st
     assert process.stderr.read() == "Open this address in a browser on this machine; Ctrl-C ends.\n"
 
 
+def test_a_scene_file_is_served(
+    start: Callable[..., subprocess.Popen[str]], call: Any, tmp_path: Path
+) -> None:
+    """With its controller, a handle and a second body."""
+    assert call("new", tmp_path / "my.toml").code == 0
+    process = start("view", tmp_path / "my.toml")
+    stream = answer(first_line(process), "stream")
+    length = int.from_bytes(stream.read(4), "little")
+    outline = json.loads(stream.read(length)[1:])
+    assert outline["name"] == "my"
+    process.send_signal(signal.SIGINT)
+    assert process.wait(60) == 130
+
+
 @pytest.mark.parametrize("scene", ["stack", "balance-i"])
 def test_a_stage_is_played_by_the_page(
     start: Callable[..., subprocess.Popen[str]], call: Any, tmp_path: Path, scene: str

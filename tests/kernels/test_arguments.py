@@ -59,7 +59,7 @@ def test_every_launch_is_compared_with_its_kernel() -> None:
 
 def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
     """Kernels of grounds, pairs, control, tangents, elements and preconditioners, all launched."""
-    for name in ("crawl-i", "stack", "stairs", "rough-ground"):
+    for name in ("balance-i", "crawl-i", "stack", "stairs", "rough-ground"):
         plan = make(name)
         simulation = Simulation(plan.scene, plan.controller, time_step=plan.time_step)
         assert len(list(simulation.run(2.0 * plan.time_step))) > 1

@@ -114,7 +114,7 @@ def _live(args: argparse.Namespace) -> int:
 
     # of `run`, whose arguments these are
     given = argparse.Namespace(
-        **vars(args), scene=args.shown, fps=FPS, error=None, quiet=True, json=False
+        **vars(args), scene=args.shown, fps=FPS, error=None, do=None, quiet=True, json=False
     )
     given.seconds = None
     plan = _plan(given)

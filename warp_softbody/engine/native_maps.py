@@ -100,7 +100,7 @@ class _Room:
         self._rest_lengths = model.muscles.rest_lengths
         sizes = MapSizes(
             *(rows, patches, model.node_count, model.segment_count),
-            *(len(room["j"]), int(len(model.body.fixed) > 0)),
+            *(len(room["j"]), int(model.fixed.any())),
         )
         numbers = {name: shape(sizes) for name, shape in NUMBERS.items()}
         counts = {name: shape(sizes) for name, shape in COUNTS.items()}
@@ -135,10 +135,12 @@ class _Room:
         count, finite = self._counts["solved"].tolist()
         return count if finite else None
 
-    def conclude(self, iterations: int, *, converged: bool) -> StepMaps:
-        """The maps, once the rows are solved for."""
+    def conclude(self, iterations: int, *, converged: bool) -> StepMaps | None:
+        """The maps, once the rows are solved for; None where they are not finite."""
         self._conclude()
         numbers = self._numbers
+        if not self._counts["solved"][1]:
+            return None
         return unchecked(
             StepMaps,
             compliance=numbers["compliance"].copy(),

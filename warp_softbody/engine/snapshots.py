@@ -22,6 +22,8 @@ Touching = tuple[
 ]
 """Nodes, modes, impulses, nodes on the other side and their weights, of one kind of contact."""
 
+LIFT = int(Mode.LIFT)
+
 SEEN_MODES = np.array(
     [ContactMode[mode.name] for mode in (Mode.LIFT, Mode.STICK, Mode.SLIDE)], dtype=np.int32
 )
@@ -49,9 +51,10 @@ class Snapshots:
         touching = np.zeros(model.node_count, dtype=bool)
         impulses = np.zeros((model.node_count, 3))
         if model.contact_count:
-            nodes, _, borne, _, _ = self._on_ground(contacts)
+            chosen = self._views.read(contacts.modes) != LIFT
+            nodes = model.body.mesh.surface_nodes[chosen]
             touching[nodes] = True
-            impulses[nodes] = borne
+            impulses[nodes] = self._views.read(contacts.impulses)[chosen]
         return unchecked(
             BodyView,
             scene=model.scene,
@@ -117,7 +120,7 @@ class Snapshots:
 
     def _on_ground(self, contacts: Contacts) -> Touching:
         modes = self._views.read(contacts.modes)
-        chosen = modes != Mode.LIFT
+        chosen = modes != LIFT
         nodes = self._model.body.mesh.surface_nodes[chosen]
         others = np.full((len(nodes), 3), -1)
         impulses = self._views.read(contacts.impulses)[chosen]
@@ -126,7 +129,7 @@ class Snapshots:
     def _on_surfaces(self, pairs: PairStates) -> Touching:
         """The nodes' pairs, then those of edges, once for either end."""
         modes = pairs.modes.numpy()
-        chosen = np.flatnonzero(modes != Mode.LIFT)
+        chosen = np.flatnonzero(modes != LIFT)
         edge = chosen >= len(self._model.body.mesh.surface_nodes)
         nodes, weights = pairs.nodes.numpy()[chosen], pairs.weights.numpy()[chosen]
         modes, impulses = modes[chosen], pairs.impulses.numpy()[chosen]

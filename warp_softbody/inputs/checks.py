@@ -165,6 +165,9 @@ def optional(label: str, value: Kind | None, kind: type[Kind]) -> Kind:
 
 def items(label: str, value: object, kind: type[Kind]) -> tuple[Kind, ...]:
     """Several objects of a class, in a tuple, a list or whatever else can be walked through."""
+    # told fast, for what is made in every step
+    if type(value) is tuple and all(type(item) is kind for item in value):
+        return value
     wanted = f"a tuple of {kind.__name__} objects"
     if isinstance(value, kind):
         refuse(label, wanted, value)

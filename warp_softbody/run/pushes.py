@@ -22,8 +22,7 @@ class Pushes:
         """Of the scene of a model; none acts yet."""
         self._model = model
         pushes = model.scene.pushes
-        times = [(push.start, push.start + push.duration) for push in pushes]
-        self._times = np.array(times, dtype=float).reshape(-1, 2).T
+        self._spans = [(push, push.start, push.start + push.duration) for push in pushes]
         self._pushed = bool(pushes or model.scene.fields)
         self._fields = FieldForces(model)
         self.applied: list[AppliedForce] = []
@@ -38,10 +37,9 @@ class Pushes:
         if not (self._pushed or self.applied or self._acting):
             return False
         scene, dt = self._model.scene, self._model.options.time_step
-        begins, ends = self._times
-        near = np.flatnonzero((begins < time + dt) & (ends > time)).tolist()
-        shares = [(scene.pushes[i], scene.pushes[i].share(time, time + dt)) for i in near]
-        acting = [(push, share) for push, share in shares if share > 0.0]
+        soon = time + dt
+        near = [push for push, begin, end in self._spans if begin < soon and end > time]
+        acting = [(push, share) for push in near if (share := push.share(time, soon)) > 0.0]
         applied = [force for force in self.applied if force.acts]
         fields = self._fields.acting(time)
         if not (acting or applied or fields or self._acting):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -11,6 +13,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray, cross_rows
 from warp_softbody.inputs.records import Value
+from warp_softbody.world.native_measures import BodyMeasures, Momenta
 from warp_softbody.world.scene import Scene
 
 
@@ -49,28 +52,80 @@ class BodyView(Value):
         """Number of nodes."""
         return len(self.masses)
 
+    def kept(self, key: object, make: Callable[[], Any]) -> Any:
+        """What is the same in all views of a run: made in the first, by ``key`` ever since.
+
+        Views without a workroom make it anew.
+        """
+        if self.workroom is None:
+            return make()
+        if key not in self.workroom:
+            self.workroom[key] = make()
+        return self.workroom[key]
+
     @cached_property
     def mass(self) -> float:
         """Total mass, kg."""
-        return float(self.masses.sum())
+        total: float = self.kept("mass", lambda: float(self.masses.sum()))
+        return total
 
     @cached_property
+    def gravity(self) -> float:
+        """Size of the scene's gravity, m/s^2."""
+        return math.hypot(*self.scene.gravity)
+
+    @property
     def weight(self) -> float:
         """Total mass times the size of gravity, N."""
-        return self.mass * float(np.linalg.norm(self.scene.gravity))
+        return self.mass * self.gravity
 
-    @cached_property
+    @property
     def center_of_mass(self) -> FloatArray:
         """(3,) m."""
-        return np.asarray(self.masses @ self.positions / self.mass)
+        return self._momenta.center_of_mass
 
-    @cached_property
+    @property
     def linear_momentum(self) -> FloatArray:
         """L, (3,) kg m/s."""
-        return np.asarray(self.masses @ self.velocities)
+        return self._momenta.linear_momentum
 
-    @cached_property
+    @property
     def angular_momentum(self) -> FloatArray:
         """H about the centre of mass, (3,) kg m^2/s."""
-        arms = self.positions - self.center_of_mass
-        return np.asarray(self.masses @ cross_rows(arms, self.velocities))
+        return self._momenta.angular_momentum
+
+    @property
+    def turning(self) -> FloatArray:
+        """What takes velocities (3n,) to the angular momentum about the centre of mass, (3, 3n)."""
+        return self._momenta.turning
+
+    @property
+    def _momenta(self) -> Momenta:
+        """All of them, found together when the first is asked for.
+
+        A `cached_property` holds a lock that all views share while it finds its value; native code
+        that is then captured waits for threads that may wait for that lock.
+        """
+        known: Momenta | None = self.__dict__.get("_known_momenta")
+        if known is None:
+            if self.workroom is None:
+                known = momenta_of(self.masses, self.positions, self.velocities)
+            else:
+                measures = self.kept("momenta", lambda: BodyMeasures(self.masses))
+                known = measures.momenta(self.positions, self.velocities)
+            self.__dict__["_known_momenta"] = known
+        return known
+
+
+def momenta_of(masses: FloatArray, positions: FloatArray, velocities: FloatArray) -> Momenta:
+    """The momenta of nodes with masses (n,), kg; the reference of `BodyMeasures`."""
+    centre = masses @ positions / masses.sum()
+    arms = positions - centre
+    angular = masses @ cross_rows(arms, velocities)
+    x, y, z = (arms * masses[:, None]).T
+    rows = np.zeros((3, len(masses), 3))
+    rows[0, :, 1], rows[0, :, 2] = -z, y
+    rows[1, :, 0], rows[1, :, 2] = z, -x
+    rows[2, :, 0], rows[2, :, 1] = -y, x
+    rows.setflags(write=False)
+    return Momenta(centre, masses @ velocities, angular, rows.reshape(3, -1))
