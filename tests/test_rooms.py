@@ -42,6 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         *("characters", "scenes"),
     ),
     "stage_exports": ("base", "atomic_files", "body", "world"),
+    "environment": (*("base", "body", "world", "engine", "controllers", "run", "stage_exports"),),
     "accuracy": (
         *("base", "atomic_files", "body", "world", "engine", "controllers.control_options"),
         *("run", "scenes", "__init__"),

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from warp_softbody.engine.reduced_dynamics import Bridge, ControlProblem, ReducedDynamics
     from warp_softbody.engine.state import Contacts, Control, State
     from warp_softbody.engine.stepper import Stepper
+    from warp_softbody.environment.environment import Environment
+    from warp_softbody.environment.vector_environment import VectorEnvironment
     from warp_softbody.run.batch import Batch
     from warp_softbody.run.batch_member import BatchMember
     from warp_softbody.run.goal_report import GoalReport
@@ -65,6 +67,7 @@ _NAMES = {
     "ControlProblem": "engine.reduced_dynamics",
     "DirectionalFriction": "body.directional_friction",
     "DragField": "world.force_fields",
+    "Environment": "environment.environment",
     "Fiber": "body.muscles",
     "FiberKind": "body.muscles",
     "ForceField": "world.force_fields",
@@ -92,6 +95,7 @@ _NAMES = {
     "TetMesh": "body.mesh",
     "TriangleGround": "world.triangle_ground",
     "UniformField": "world.force_fields",
+    "VectorEnvironment": "environment.vector_environment",
     "build_model": "engine.model",
     "mover": "world.movers",
     "muscle_authority": "run.muscle_authority",
@@ -113,6 +117,7 @@ __all__ = [
     "ControlProblem",
     "DirectionalFriction",
     "DragField",
+    "Environment",
     "Fiber",
     "FiberKind",
     "ForceField",
@@ -140,6 +145,7 @@ __all__ = [
     "TetMesh",
     "TriangleGround",
     "UniformField",
+    "VectorEnvironment",
     "build_model",
     "characters",
     "controllers",
@@ -156,6 +162,10 @@ def __getattr__(name: str) -> Any:
     """Load a public name on first use (PEP 562)."""
     if name in _MODULES:
         return import_module(f"{__name__}.{name}")
+    if _NAMES.get(name, "").startswith("environment."):
+        from warp_softbody.inputs.extras import require_package
+
+        require_package("gymnasium", "environments", "learn")
     if name in _NAMES:
         return getattr(import_module(f"{__name__}.{_NAMES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

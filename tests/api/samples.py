@@ -122,6 +122,8 @@ def engine(folder: Path) -> Samples:
     contacts = wsb.Contacts.none(model())
     triangles = {"vertices": np.eye(3), "faces": np.array([[0, 1, 2]])}
     return {
+        "Environment": (wsb.Environment, {"scene": scene()}),
+        "VectorEnvironment": (wsb.VectorEnvironment, {"scene": scene(), "count": 2}),
         "muscle_authority": (wsb.muscle_authority, {"character": muscled()}),
         "Batch": (wsb.Batch, {"scene": scene(), "count": 2}),
         "Batch.leave": (wsb.Batch(scene(), 2).leave, {"index": 0}),

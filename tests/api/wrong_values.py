@@ -124,6 +124,8 @@ ALIASES = {
     "IntArray",
     "Values",
     "Build",
+    "Ends",
+    "Reward",
     "Controller",
     "FiberKind",
 }

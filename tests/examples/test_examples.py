@@ -56,3 +56,10 @@ def test_own_loop_falls_and_lands() -> None:
     np.testing.assert_allclose(heights[:20], module.FALL - fallen, atol=1e-5)
     assert heights.min() > -1e-3
     assert abs(heights[-1]) < 1e-3
+
+
+def test_a_starfish_learns() -> None:
+    pytest.importorskip("cmaes")
+    ways = example("learn_to_crawl").main(generations=2, seconds=0.5)
+    assert len(ways) == 2
+    assert np.isfinite(ways).all()

@@ -131,6 +131,11 @@ class BlockFactor:
         # the last component takes what the lanes without a row hold
         self._work = work.zeros(3 * at.count + 1, types.scalar)
 
+    @property
+    def kept(self) -> tuple[Any, ...]:
+        """Device arrays of the factor itself."""
+        return (self.lower, self.pivot_inverse, self._by_column, self._by_row)
+
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, dim, inputs, outputs, self._device)
 

@@ -26,6 +26,14 @@ class Preconditioner(Protocol):
         """Whether ``renew`` launches anything."""
         ...
 
+    age: float
+    """Iterations that a fresh one would have saved since ``renew``."""
+
+    @property
+    def kept(self) -> tuple[Any, ...]:
+        """Device arrays that hold what is kept over many steps."""
+        ...
+
     @property
     def stale(self) -> bool:
         """Whether ``renew`` is due."""
@@ -83,7 +91,7 @@ class WarpedFactor:
         self._values = values
         self._node_rotations = node_rotations
         self._cost = system.elimination.refresh_cost
-        self._excess = float("inf")
+        self.age = float("inf")
         self._kernels = make_cholesky(types.name)
         self.factor = BlockFactor(
             system.elimination,
@@ -97,17 +105,22 @@ class WarpedFactor:
         self._turns = system.zeros(n, types.mat33)
 
     @property
+    def kept(self) -> tuple[Any, ...]:
+        """The factor, and the rotations of the nodes that it was made with."""
+        return (*self.factor.kept, self._factor_rotations)
+
+    @property
     def stale(self) -> bool:
         """Whether a new factor is due."""
-        return self._excess > self._cost
+        return self.age > self._cost
 
     def renewed(self) -> None:
         """Note that the factor is of the present matrix."""
-        self._excess = 0.0
+        self.age = 0.0
 
     def used(self, iterations: int, fresh: int, *, converged: bool = True) -> None:
         """Count iterations beyond those that even a fresh factor would have needed."""
-        self._excess += max(0, iterations - fresh) if converged else float("inf")
+        self.age += max(0, iterations - fresh) if converged else float("inf")
 
     def renew(self, freedom: Freedom) -> None:
         """Launch the factorisation of the present matrix on the velocities left free."""
@@ -141,12 +154,14 @@ class TwoLevel:
 
     renewable = False
     stale = False
+    kept: tuple[Any, ...] = ()
 
     def __init__(
         self, system: LinearSystem, coarse: CoarseLevel, values: Any, node_rotations: Any
     ) -> None:
         """Factorise the coarse matrix of a system."""
         types, n, size = system.types, system.node_count, coarse.node_count
+        self.age = 0.0
         self._system = system
         self._aggregates = coarse.aggregates
         self._values = values

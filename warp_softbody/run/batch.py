@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from types import MappingProxyType
@@ -135,6 +135,25 @@ class Batch:
         """Let a member take no more steps; what it has come to stays."""
         index = checks.whole("index of Batch.leave", index, high=len(self) - 1)
         self._left.add(index)
+
+    def revive(self, index: int) -> None:
+        """Let a member that has failed or was left take steps again, from a motion restored."""
+        index = checks.whole("index of Batch.revive", index, high=len(self) - 1)
+        self._left.discard(index)
+        self._failures.pop(index, None)
+
+    @contextmanager
+    def without(self, indices: Iterable[int]) -> Iterator[None]:
+        """Leave some running members for the length of a `with` body."""
+        aside = {
+            checks.whole("an index of Batch.without", index, high=len(self) - 1)
+            for index in indices
+        } - self._left
+        self._left |= aside
+        try:
+            yield
+        finally:
+            self._left -= aside
 
     def step(self) -> None:
         """Advance every running member by one time step.

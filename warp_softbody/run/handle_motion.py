@@ -11,7 +11,11 @@ from warp_softbody.engine.state import Control, State
 
 
 class HandleMotion:
-    """Writes the velocities that take held nodes to where their paths are at a step's end."""
+    """Writes the velocities that take held nodes to where their paths are at a step's end.
+
+    Attributes:
+        aside: (k, 3) or (1, 3) m of each handle: by how much its nodes go beside its path.
+    """
 
     def __init__(self, model: Model) -> None:
         """Of the scene of a model."""
@@ -21,17 +25,19 @@ class HandleMotion:
             (handle.path, nodes, points[nodes])
             for handle, nodes in zip(scene.handles, scene.handle_nodes, strict=True)
         )
-        self._aside: list[FloatArray] = [np.zeros((1, 3)) for _ in self._handles]
+        self.aside: tuple[FloatArray, ...] = tuple(np.zeros((1, 3)) for _ in self._handles)
         self._views = HostViews()
 
     def go_on_from(self, state: State, time: float) -> None:
         """Keep to nodes that stand aside of their paths at a time, s: they go beside them."""
         positions = self._positions(state)
-        for number, (path, nodes, rest) in enumerate(self._handles):
+        found = []
+        for path, nodes, rest in self._handles:
             aside = positions[nodes] - path.places(rest, time)
             # what rounding leaves is no distance, and is to be mended in the next step
             near = np.finfo(self._model.options.precision).eps * np.abs(positions).max()
-            self._aside[number] = np.where(np.abs(aside) > 16.0 * near, aside, 0.0)
+            found.append(np.where(np.abs(aside) > 16.0 * near, aside, 0.0))
+        self.aside = tuple(found)
 
     def apply(self, control: Control, state: State, time: float) -> bool:
         """Set the velocities of a step that begins at a time, s; whether any handle moves in it.
@@ -44,7 +50,7 @@ class HandleMotion:
         positions = self._positions(state)
         velocities = np.zeros((self._model.node_count, 3))
         moves = False
-        for (path, nodes, rest), aside in zip(self._handles, self._aside, strict=True):
+        for (path, nodes, rest), aside in zip(self._handles, self.aside, strict=True):
             goal = path.places(rest, time + dt) + aside
             velocities[nodes] = (goal - positions[nodes]) / dt
             moves = moves or not np.array_equal(goal, path.places(rest, time) + aside)

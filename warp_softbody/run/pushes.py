@@ -16,6 +16,7 @@ class Pushes:
 
     Attributes:
         applied: beside the pushes; those that are zero do not act.
+        acting: whether any force acted in the last step.
     """
 
     def __init__(self, model: Model) -> None:
@@ -27,14 +28,14 @@ class Pushes:
         self._fields = FieldForces(model)
         self.applied: list[AppliedForce] = []
         self._views = HostViews()
-        self._acting = False
+        self.acting = False
 
     def apply(self, control: Control, state: State, time: float) -> bool:
         """Set the forces, averaged over the step that begins at a time, s; whether there are any.
 
         `Control.external_forces` is left alone while nothing pushes, so that a user may set it.
         """
-        if not (self._pushed or self.applied or self._acting):
+        if not (self._pushed or self.applied or self.acting):
             return False
         scene, dt = self._model.scene, self._model.options.time_step
         soon = time + dt
@@ -42,7 +43,7 @@ class Pushes:
         acting = [(push, share) for push in near if (share := push.share(time, soon)) > 0.0]
         applied = [force for force in self.applied if force.acts]
         fields = self._fields.acting(time)
-        if not (acting or applied or fields or self._acting):
+        if not (acting or applied or fields or self.acting):
             return False
         forces = np.zeros((self._model.node_count, 3))
         for push, share in acting:
@@ -53,5 +54,5 @@ class Pushes:
             force.add_to(forces)
         self._fields.add_to(forces, state, fields)
         self._views.write(control.external_forces, forces)
-        self._acting = bool(acting or applied or fields)
-        return self._acting
+        self.acting = bool(acting or applied or fields)
+        return self.acting

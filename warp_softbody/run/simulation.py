@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.control_options import ControlOptions, Method
 from warp_softbody.controllers.control_solver import Decision
 from warp_softbody.controllers.controller import Controller, Goals
+from warp_softbody.controllers.step_problem import SHORTEST
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.workspace import Workspace
@@ -24,7 +26,7 @@ from warp_softbody.engine.state import SLACK, Contacts, Control, State
 from warp_softbody.engine.step_statistics import StepClock, StepStatistics
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError, NotFiniteError
-from warp_softbody.inputs import checks, input_kinds
+from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.run.applied_forces import AppliedForce, applied_force
 from warp_softbody.run.continuation import copy_motion, require_same_bodies
 from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
@@ -34,6 +36,7 @@ from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
 from warp_softbody.run.run_summary import WHOLE, RunSummary
+from warp_softbody.run.saved_motion import SavedMotion, arrays_of, copied, write_back
 from warp_softbody.run.sleep import Sleep
 from warp_softbody.run.step_log import StepLog
 from warp_softbody.run.step_record import StepObserver, StepRecord
@@ -140,6 +143,7 @@ class Simulation:
         share = self.model.speed_share
         own = self.model.options
         self._sleep = Sleep(own.time_step, allowed=own.sleep, speed_share=share)
+        self._driven = False
         self._steps = 0
         self._begun: tuple[StepClock, bool] | None = None
         self._frames = 0
@@ -203,6 +207,75 @@ class Simulation:
         applied = applied_force(self.model, nodes, force, weights)
         self._pushes.applied.append(applied)
         return applied
+
+    def drive(self, activations: npt.ArrayLike | None) -> None:
+        """Hold the muscles at activations in all steps to come, until they are others.
+
+        Args:
+            activations: (segments,) l_d / l_0 from 0.5, as short as a muscle gets, to 1; None lets
+                all go slack.
+
+        Raises:
+            InputError: a controller drives the muscles, or these are none for them.
+        """
+        if self._controlled:
+            raise InputError(f"drive: a controller drives the muscles of {self.name!r}")
+        rest = self.model.muscles.rest_lengths
+        self._driven = activations is not None
+        if activations is None:
+            self._set_lengths(SLACK * rest)
+            return
+        given = array_checks.array("activations of drive", activations, (len(rest),))
+        if given.size and not (SHORTEST <= given.min() and given.max() <= 1.0):
+            raise InputError(
+                f"activations of drive must be from {SHORTEST:g} to 1, "
+                f"not {given.min():.4g} to {given.max():.4g}"
+            )
+        self._set_lengths(given * rest)
+
+    @shares_warp
+    def save(self) -> SavedMotion:
+        """The motion as it is, from which `restore` goes on to the last bit.
+
+        What a controller remembers and what has been measured so far are not kept.
+
+        Raises:
+            InputError: a controller drives the muscles.
+        """
+        if self._controlled:
+            raise InputError(
+                f"save: {self.name!r} has a controller, and what that remembers is not kept"
+            )
+        preconditioner = self.stepper.contact.preconditioner
+        return SavedMotion(
+            steps=self._steps,
+            arrays=copied(self._changing()),
+            rest_lengths=self._rest_lengths.copy(),
+            driven=self._driven,
+            still=self._sleep.still,
+            acting=self._pushes.acting,
+            aside=self._handles.aside,
+            age=preconditioner.age,
+        )
+
+    @shares_warp
+    def restore(self, saved: SavedMotion) -> None:
+        """Go on from a motion that `save` has kept, of this scene or a copy of it.
+
+        Raises:
+            InputError: it is of another scene.
+        """
+        saved = checks.instance("saved of Simulation.restore", saved, SavedMotion)
+        write_back(self._changing(), saved.arrays)
+        self._steps, self._driven = saved.steps, saved.driven
+        self._rest_lengths = saved.rest_lengths.copy()
+        self._sleep.still, self._pushes.acting = saved.still, saved.acting
+        self._handles.aside = saved.aside
+        self.stepper.contact.preconditioner.age = saved.age
+        self._decision = self._begun = None
+
+    def _changing(self) -> Iterator[Any]:
+        return arrays_of(self._state, self.control, self.contacts, self.stepper)
 
     def observe(self, observer: StepObserver) -> None:
         """Call ``observer`` with the record of every step to come, once it is taken."""
@@ -283,7 +356,7 @@ class Simulation:
         wanted = self._goals()
         clock.mark("control")
         moved = self._handles.apply(self.control, self._state, self.time)
-        acted = pushed or moved or wanted is not None
+        acted = pushed or moved or wanted is not None or self._driven
         if self._sleep.asleep and not acted:
             self._sleep.skip()
             self._steps += 1

@@ -18,6 +18,7 @@ class Sleep:
     Attributes:
         asleep: whether steps may be left out.
         slept: steps left out so far.
+        still: steps for which nothing has moved or acted.
     """
 
     def __init__(self, time_step: float, *, allowed: bool, speed_share: float = 1.0) -> None:
@@ -25,17 +26,17 @@ class Sleep:
         self._still_speed = STILL_SPEED * speed_share
         self._needed = max(2, math.ceil(STILL_SECONDS / time_step))
         self._allowed = allowed
-        self._still = 0
+        self.still = 0
         self.slept = 0
 
     @property
     def asleep(self) -> bool:
         """Whether all has been still for long enough."""
-        return self._allowed and self._still >= self._needed
+        return self._allowed and self.still >= self._needed
 
     def note(self, fastest: float, *, acted: bool) -> None:
         """Note a step's largest speed, m/s, and whether muscles or pushes acted in it."""
-        self._still = self._still + 1 if fastest < self._still_speed and not acted else 0
+        self.still = self.still + 1 if fastest < self._still_speed and not acted else 0
 
     def skip(self) -> None:
         """Note a step left out."""

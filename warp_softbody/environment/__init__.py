@@ -1,0 +1,1 @@
+"""Scenes as Gymnasium environments: activations in, observations out (docs/environments.md)."""
