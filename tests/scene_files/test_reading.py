@@ -8,12 +8,24 @@ import numpy as np
 import pytest
 
 from tests.support.bodies import box, muscular_bar
-from warp_softbody import HeightField, Material, MotionPath, Plane, TriangleGround, scene_files
+from warp_softbody import (
+    HeightField,
+    Material,
+    MotionPath,
+    Plane,
+    TriangleGround,
+    characters,
+    scene_files,
+)
 from warp_softbody.body.character import Character
-from warp_softbody.controllers.arguments import arguments_of
+from warp_softbody.controllers import Walk
+from warp_softbody.controllers.arguments import arguments_of, suited_by
 from warp_softbody.errors import InputError
+from warp_softbody.run.simulation import Simulation
 from warp_softbody.scene_files.first_scene import TEXT
 from warp_softbody.scene_files.scene_file import SceneFile
+from warp_softbody.scenes.plan import ScenePlan
+from warp_softbody.world.scene import Scene
 
 SMALL = """\
 [character]
@@ -124,6 +136,34 @@ def test_each_body_may_have_a_controller(tmp_path: Path) -> None:
     assert arguments_of(again.others["second"]) == known
     with pytest.raises(InputError, match="there is no key 'controller'"):
         written(tmp_path, f"[character]\n{letter}controller = 1\n")
+
+
+def test_controllers_made_for_a_body_come_back(tmp_path: Path) -> None:
+    """With the arguments that they were made with, and the same first steps."""
+    letter = characters.letter_x(coarse=1)
+    walks = [Walk.for_(letter, heading=0.5) for _ in range(2)]
+    plan = ScenePlan(
+        name="own",
+        description="a walk",
+        scene=Scene(character=letter, ground=Plane()),
+        controller=walks[0],
+        seconds=1.0,
+        time_step=1.0 / 60.0,
+        settings={},
+    )
+    scene_files.write(tmp_path / "own.toml", plan)
+    file = scene_files.read(tmp_path / "own.toml")
+    assert suited_by(file.plan.controller) == suited_by(walks[0])
+    text = (tmp_path / "own.toml").read_text()
+    assert 'kind = "walk"\nfor_body = true\nheading = 0.5\n' in text
+    ends = []
+    for simulation in (
+        Simulation(plan.scene, walks[1], time_step=plan.time_step),
+        file.simulation(),
+    ):
+        *_, last = simulation.run(0.1)
+        ends.append(last.positions)
+    np.testing.assert_array_equal(ends[0], ends[1])
 
 
 def test_options_and_output(tmp_path: Path) -> None:

@@ -32,6 +32,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         default=[],
         help="a setting of that scene, such as push=0.3; may be repeated",
     )
+    parser.add_argument(
+        "--do",
+        choices=("balance", "walk", "crawl", "jump", "roll"),
+        help="what the character of a file, NAME.char, does (balance)",
+    )
     parser.set_defaults(handler=run)
 
 
@@ -48,10 +53,13 @@ def run(args: argparse.Namespace) -> int:
     if args.file.exists():
         raise OutputError(f"{args.file} is there already; give another name")
     if args.origin is None:
-        if args.set:
-            raise InputError("--set goes with --from SCENE")
+        if args.set or args.do:
+            flag = "--set" if args.set else "--do"
+            raise InputError(f"{flag} goes with --from SCENE")
         write_first_scene(args.file)
     else:
-        scene_files.write(args.file, scenes.make(args.origin, unique(args.set, "--set")))
+        scene_files.write(
+            args.file, scenes.make(args.origin, unique(args.set, "--set"), do=args.do)
+        )
     say(f"{args.file}: `warp-softbody run {args.file}` runs it")
     return 0

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from typing import Any
 
 from warp_softbody import controllers
 from warp_softbody.body.character import Character
-from warp_softbody.controllers.arguments import arguments_of
+from warp_softbody.controllers.arguments import arguments_of, suited_by
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.errors import InputError
 from warp_softbody.inputs.records import same
@@ -38,7 +39,7 @@ def controller_of(table: Table, character: Character) -> Controller:
     make = own.for_ if suited else own
     names = [name for name in inspect.signature(make).parameters if name != "character"]
     table.only(["kind", "for_body", *names])
-    given = {name: _argument(kind, name, table) for name in names if name in table}
+    given = {name: _argument(make, name, table) for name in names if name in table}
     with table.explained():
         missing = [
             name
@@ -51,10 +52,11 @@ def controller_of(table: Table, character: Character) -> Controller:
     return controller
 
 
-def _argument(kind: str, name: str, table: Table) -> Any:
+def _argument(make: Any, name: str, table: Table) -> Any:
     if name == "gains":
-        gains = getattr(controllers, f"{kind.capitalize()}Gains")
-        return record_of(gains, table.table(name))
+        # as in "WalkGains | None"
+        hint = str(inspect.signature(make).parameters[name].annotation)
+        return record_of(getattr(controllers, hint.split(" ")[0]), table.table(name))
     if name in PARTS:
         part = getattr(controllers, PARTS[name])
         if table.is_table(name):
@@ -69,19 +71,28 @@ def table_of_controller(controller: object) -> dict[str, Any]:
     Raises:
         InputError: it is none of the package's own.
     """
+    suited = suited_by(controller)
+    if suited is not None and suited[0] is not type(controller):
+        own, given = suited
+        found = _changed(given, inspect.signature(own.for_).parameters)
+        return {"kind": own.__name__.lower(), "for_body": True, **found}
     kind = type(controller).__name__.lower()
-    given = arguments_of(controller)
-    if kind not in KINDS or _class_of(kind) is not type(controller) or given is None:
+    kept = arguments_of(controller)
+    if kind not in KINDS or _class_of(kind) is not type(controller) or kept is None:
         raise InputError(
             f"a controller of the class {type(controller).__name__} cannot be written to a file, "
             f"only {', '.join(KINDS)}"
         )
-    defaults = inspect.signature(type(controller)).parameters
-    found: dict[str, Any] = {"kind": kind}
-    for name, value in given.items():
-        if value is not None and not same(value, defaults[name].default):
-            found[name] = _plain(value)
-    return found
+    return {"kind": kind, **_changed(kept, inspect.signature(type(controller)).parameters)}
+
+
+def _changed(given: Mapping[str, Any], known: Mapping[str, inspect.Parameter]) -> dict[str, Any]:
+    """The arguments that are not those of their defaults, in plain values."""
+    return {
+        name: _plain(value)
+        for name, value in given.items()
+        if value is not None and not same(value, known[name].default)
+    }
 
 
 def _plain(value: Any) -> Any:
