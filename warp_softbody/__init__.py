@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from warp_softbody import characters, controllers, live, scene_files, scenes
+    from warp_softbody.body import muscle_paths as muscles
+    from warp_softbody.body import region_masks as regions
     from warp_softbody.body.character import Character
     from warp_softbody.body.directional_friction import DirectionalFriction
     from warp_softbody.body.material import Material
@@ -52,6 +54,9 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = ("characters", "controllers", "live", "scene_files", "scenes", "stage_exports")
+_PLACES = {"muscles": "body.muscle_paths", "regions": "body.region_masks"}
+"""Modules that are found under another name."""
+
 _NAMES = {
     "Authority": "run.muscle_authority",
     "Batch": "run.batch",
@@ -152,7 +157,9 @@ __all__ = [
     "live",
     "mover",
     "muscle_authority",
+    "muscles",
     "placed",
+    "regions",
     "scene_files",
     "scenes",
 ]
@@ -162,6 +169,8 @@ def __getattr__(name: str) -> Any:
     """Load a public name on first use (PEP 562)."""
     if name in _MODULES:
         return import_module(f"{__name__}.{name}")
+    if name in _PLACES:
+        return import_module(f"{__name__}.{_PLACES[name]}")
     if _NAMES.get(name, "").startswith("environment."):
         from warp_softbody.inputs.extras import require_package
 
