@@ -44,7 +44,7 @@ def test_fields_of_records(kind: type[Any]) -> None:
 
 
 def test_other_keys() -> None:
-    keys = (*KEYS, *WORLD, *OWN, FRICTION, *PLACE, *START, *OF_SURFACE, "for_body")
+    keys = (*KEYS, *WORLD, *OWN, FRICTION, *PLACE, *START, *OF_SURFACE, "for_body", "pose")
     shapes = [key for own in SHAPES.values() for key in own]
     assert [key for key in (*keys, *shapes) if not in_code(key)] == []
     assert in_code("movers")

@@ -58,9 +58,9 @@ class State:
     @staticmethod
     @shares_warp
     def at_rest(model: Model) -> State:
-        """The rest shape, moving with the scene's initial velocities, and as its handles do."""
+        """The scene's start: bodies in their poses, with their velocities, and as handles move."""
         checks.instance("model of State.at_rest", model, Model)
-        scene, points = model.scene, np.array(model.body.mesh.points)
+        scene, points = model.scene, model.scene.start_points
         velocity = np.zeros(points.shape)
         for part, (start, spin) in zip(scene.parts, scene.starts, strict=True):
             velocity[part.nodes] = start
@@ -71,7 +71,7 @@ class State:
         velocity[model.body.fixed] = 0.0
         dt = model.options.time_step
         for handle, nodes in zip(scene.handles, scene.handle_nodes, strict=True):
-            rest = points[nodes]
+            rest = model.body.mesh.points[nodes]
             points[nodes] = handle.path.places(rest, 0.0)
             velocity[nodes] = (handle.path.places(rest, dt) - points[nodes]) / dt
         return State(

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from warp_softbody.atomic_files import replacing
 from warp_softbody.body.character import Character
+from warp_softbody.errors import InputError
 
 BEGINNING_OF_TIME = (1980, 1, 1, 0, 0, 0)
 """Of every entry of an archive, so that equal arrays give equal bytes."""
@@ -64,6 +65,20 @@ class Beside:
         for name, data in self._data.items():
             with replacing(self._folder / name) as new:
                 new.write_bytes(data)
+
+
+def array_of_file(path: Path) -> npt.NDArray[Any]:
+    """The array of a .npy file.
+
+    Raises:
+        InputError: the file is missing, or is none; one that would have to be run is refused.
+    """
+    try:
+        return np.asarray(np.load(path, allow_pickle=False))
+    except FileNotFoundError as error:
+        raise InputError(f"file {path}: there is no such file") from error
+    except (OSError, ValueError, EOFError) as error:
+        raise InputError(f"file {path}: it is no array of NumPy: {error}") from error
 
 
 def _packed(array: npt.NDArray[Any]) -> bytes:

@@ -12,10 +12,11 @@ from warp_softbody.body.character import Character
 from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.body.material import Material
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+from warp_softbody.scene_files.beside import array_of_file
 from warp_softbody.scene_files.records import changed, record_of
 from warp_softbody.scene_files.shapes import character_of_shape, keys_of_shape
 from warp_softbody.scene_files.tables import Table
-from warp_softbody.world.joined_bodies import Body, placed
+from warp_softbody.world.joined_bodies import Body, checked_pose, placed
 
 OWN = ("name", "material", "materials", "strengths", "muscles", "regions", "fixed", "color")
 """Keys that change a shape's character."""
@@ -23,6 +24,7 @@ OWN = ("name", "material", "materials", "strengths", "muscles", "regions", "fixe
 FRICTION = "directional_friction"
 PLACE = ("translation", "axis", "degrees")
 START = ("velocity", "spin")
+POSE = "pose"
 CONTROLLER = "controller"
 
 
@@ -31,7 +33,7 @@ def body_of(table: Table, materials: Mapping[str, Material], *also: str) -> Body
 
     Keys that are read elsewhere are given as ``also``.
     """
-    table.only((*keys_of_shape(table), *OWN, FRICTION, *PLACE, *START, *also))
+    table.only((*keys_of_shape(table), *OWN, FRICTION, *PLACE, *START, POSE, *also))
     character = character_of_shape(table, table.text("name"))
     character = _dressed(character, table, materials)
     with table.explained():
@@ -39,7 +41,11 @@ def body_of(table: Table, materials: Mapping[str, Material], *also: str) -> Body
         if given:
             character = placed(character, **given)
         moving = {key: table.take(key) for key in START if key in table}
-        return Body(character=character, **moving)
+    with table.explained(POSE if POSE in table else None):
+        pose = array_of_file(table.path(POSE)) if POSE in table else None
+        checked_pose(POSE, pose, character)
+    with table.explained():
+        return Body(character=character, pose=pose, **moving)
 
 
 def _dressed(character: Character, table: Table, materials: Mapping[str, Material]) -> Character:

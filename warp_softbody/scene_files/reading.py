@@ -85,6 +85,7 @@ def _scene(table: Table) -> Scene:
             ground=ground,
             initial_velocity=first.velocity,
             initial_spin=first.spin,
+            initial_pose=first.pose,
             **{key: world.take(key) for key in WORLD if key in world},
         )
     return _with_what_moves(still, table, tuple(handle for _, handle in moved))

@@ -61,7 +61,10 @@ def _tables(content: SceneFile, beside: Beside) -> dict[str, Any]:
     plan = content.plan
     scene = plan.scene
     first = Body(
-        character=scene.character, velocity=scene.initial_velocity, spin=scene.initial_spin
+        character=scene.character,
+        velocity=scene.initial_velocity,
+        spin=scene.initial_spin,
+        pose=scene.initial_pose,
     )
     options = dict(content.options)
     if plan.time_step != TIME_STEP:
@@ -103,6 +106,8 @@ def _body(body: Body, beside: Beside) -> dict[str, Any]:
     found = _of_shipped(character)
     if found is None:
         found = {"file": beside.character(character)}
+    if body.pose is not None:
+        found["pose"] = beside.array(f"{character.name}_pose.npy", body.pose)
     still = {"velocity": body.velocity, "spin": body.spin}
     return found | {key: value for key, value in still.items() if any(value)}
 

@@ -17,7 +17,7 @@ from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.muscles import MuscleGroup
 from warp_softbody.errors import InputError
-from warp_softbody.inputs import checks
+from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import FrozenValue
 
 Vector = tuple[float, float, float]
@@ -31,11 +31,13 @@ class Body(FrozenValue):
         character: where it stands at the start.
         velocity: of all its nodes at the start, m/s.
         spin: about its centre of mass at the start, rad/s.
+        pose: (n, 3) m, where its nodes are at the start; None for the shape at rest.
     """
 
     character: Character
     velocity: Vector = (0.0, 0.0, 0.0)
     spin: Vector = (0.0, 0.0, 0.0)
+    pose: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Refuse a velocity or a spin that is not finite."""
@@ -44,7 +46,22 @@ class Body(FrozenValue):
             self,
             velocity=checks.vector("Body.velocity", self.velocity, unit="m/s"),
             spin=checks.vector("Body.spin", self.spin, unit="rad/s"),
+            pose=checked_pose("Body.pose", self.pose, self.character),
         )
+
+
+def checked_pose(label: str, given: object, character: Character) -> FloatArray | None:
+    """Places (n, 3) m of all nodes of a character, read-only; None where none are given.
+
+    Raises:
+        InputError: the array is of another shape, or not finite.
+    """
+    if given is None:
+        return None
+    shape = (len(character.mesh.points), 3)
+    pose = np.array(array_checks.array(label, given, shape, unit="m"))
+    pose.setflags(write=False)
+    return pose
 
 
 @dataclass(frozen=True)

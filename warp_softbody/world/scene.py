@@ -8,13 +8,14 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import FrozenValue
 from warp_softbody.world.force_fields import ForceField
 from warp_softbody.world.ground import Ground, checked_ground
 from warp_softbody.world.handles import Handle, nodes_named, nodes_of_handles
-from warp_softbody.world.joined_bodies import Body, Part, Vector, join, parts_of
+from warp_softbody.world.joined_bodies import Body, Part, Vector, checked_pose, join, parts_of
 
 STANDARD_GRAVITY = 9.81
 
@@ -65,6 +66,7 @@ class Scene(FrozenValue):
         fields: forces by place, velocity and time, beside gravity.
         initial_velocity: of every node of the character, m/s.
         initial_spin: of the character about its centre of mass, rad/s.
+        initial_pose: (n, 3) m, where the character's nodes are; None for its shape at rest.
         body_friction: Coulomb coefficient between bodies, and of a surface with itself.
         self_contact: whether surfaces of one body touch each other.
     """
@@ -78,6 +80,7 @@ class Scene(FrozenValue):
     fields: tuple[ForceField, ...] = ()
     initial_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     initial_spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    initial_pose: FloatArray | None = None
     body_friction: float = 0.5
     self_contact: bool = False
 
@@ -96,6 +99,7 @@ class Scene(FrozenValue):
                 "Scene.initial_velocity", self.initial_velocity, unit="m/s"
             ),
             initial_spin=checks.vector("Scene.initial_spin", self.initial_spin, unit="rad/s"),
+            initial_pose=checked_pose("Scene.initial_pose", self.initial_pose, self.character),
             body_friction=checks.number("Scene.body_friction", self.body_friction, low=0.0),
             self_contact=checks.truth("Scene.self_contact", self.self_contact),
         )
@@ -138,6 +142,16 @@ class Scene(FrozenValue):
     def held(self) -> npt.NDArray[np.int32]:
         """(k,) the nodes that contact and forces do not move: fixed ones, and those of handles."""
         return np.unique(np.concatenate([self.whole.fixed, *self.handle_nodes])).astype(np.int32)
+
+    @property
+    def start_points(self) -> FloatArray:
+        """Where all nodes (n, 3) m are at the start, but for what handles move."""
+        poses = (self.initial_pose, *(body.pose for body in self.others))
+        points = np.array(self.whole.mesh.points)
+        for part, pose in zip(self.parts, poses, strict=True):
+            if pose is not None:
+                points[part.nodes] = pose
+        return points
 
     @property
     def starts(self) -> tuple[tuple[Vector, Vector], ...]:

@@ -78,6 +78,7 @@ def similar_scene(scene: Scene, by: Similarity) -> Scene:
                 character=_character(body.character, by),
                 velocity=_times(body.velocity, by.speed),
                 spin=_times(body.spin, 1.0 / by.time),
+                pose=None if body.pose is None else body.pose * by.length,
             )
             for body in scene.others
         ),
@@ -88,6 +89,7 @@ def similar_scene(scene: Scene, by: Similarity) -> Scene:
         handles=tuple(_handle(handle, by) for handle in scene.handles),
         initial_velocity=_times(scene.initial_velocity, by.speed),
         initial_spin=_times(scene.initial_spin, 1.0 / by.time),
+        initial_pose=None if scene.initial_pose is None else scene.initial_pose * by.length,
     )
 
 
