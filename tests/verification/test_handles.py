@@ -74,6 +74,30 @@ def test_paddle_does_not_sink_in_and_momenta_balance(speed: float, cells: int) -
     assert simulation.summary().findings.doubts == ()
 
 
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_what_a_handle_gives_all_bodies_take(precision: Any) -> None:
+    """The impulse of the handle is the momentum that paddle and ball have gained, at each step."""
+    shifts = np.array([(0.0, 0.0, 0.0), (1.0, 0.2, 0.0)])
+    path = MotionPath(times=np.array([0.0, 0.4]), shifts=shifts, between="ease")
+    options = SimulationOptions(precision=precision)
+    simulation = Simulation(struck(path), options=options, time_step=0.01, fps=100.0)
+    masses = simulation.model.masses
+    assert not simulation.handle_force("paddle").any()
+    # the velocities at the start are those of the first step
+    given = masses @ numbers(simulation.state.velocities)
+    scale = masses.sum() * 5.0
+    struck_once = False
+    for _ in range(30):
+        simulation.step()
+        given += 0.01 * simulation.handle_force("paddle")
+        momentum = masses @ numbers(simulation.state.velocities)
+        np.testing.assert_allclose(momentum, given, atol=1e-4 * scale)
+        struck_once |= bool(simulation.frame().contacts.force_on("ball").any())
+    assert struck_once
+    with pytest.raises(InputError, match="handle must be one of paddle, not 'ball'"):
+        simulation.handle_force("ball")
+
+
 def test_moving_paddle_is_the_resting_one_seen_from_elsewhere() -> None:
     """Galilei: a ball thrown at a paddle at rest, and a paddle that runs into a ball at rest."""
     options = SimulationOptions(precision="float64", tolerance=1e-10)
@@ -131,6 +155,9 @@ def test_bar_that_is_pulled_ends_as_statics_says(iterations: int) -> None:
     simulation = Simulation(scene, options=options, time_step=0.01, fps=100.0)
     for _ in range(300):
         simulation.step()
+    # E A e
+    pull = simulation.handle_force("end")
+    np.testing.assert_allclose(pull, (1e5 * 0.04 * 0.01, 0.0, 0.0), atol=0.02)
     expected = mesh.points * (1.01, 1.0, 1.0)
     np.testing.assert_allclose(numbers(simulation.state.positions), expected, atol=1e-7)
 

@@ -18,6 +18,7 @@ from warp_softbody.controllers.step_problem import SHORTEST
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.workspace import Workspace
+from warp_softbody.engine.holding import holding_impulse
 from warp_softbody.engine.model import Model, build_model
 from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
 from warp_softbody.engine.options import SimulationOptions
@@ -276,6 +277,24 @@ class Simulation:
 
     def _changing(self) -> Iterator[Any]:
         return arrays_of(self._state, self.control, self.contacts, self.stepper)
+
+    @shares_warp
+    def handle_force(self, region: str) -> FloatArray:
+        """The force (3,) N with which the handle of a region moved it in the last step.
+
+        It is the mean over the step: what the momentum of its nodes, the rest of their body and
+        what they push took. Zero before the first step.
+
+        Raises:
+            InputError: no handle of the scene has that region.
+        """
+        scene = self.model.scene
+        regions = [handle.region for handle in scene.handles]
+        nodes = scene.handle_nodes[regions.index(checks.choice("handle", region, regions))]
+        if self._steps == 0:
+            return np.zeros(3)
+        impulse = holding_impulse(self.stepper, self.contacts, nodes)
+        return impulse / self.model.options.time_step
 
     def observe(self, observer: StepObserver) -> None:
         """Call ``observer`` with the record of every step to come, once it is taken."""
