@@ -7,6 +7,7 @@ Warp nor USD.
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -159,10 +160,35 @@ __all__ = [
     "muscle_authority",
     "muscles",
     "placed",
+    "quiet",
     "regions",
     "scene_files",
     "scenes",
 ]
+
+
+def read_usd_surfaces() -> None:
+    """Let `Character.from_surface` read USD files, whose libraries are loaded when one is read."""
+    from warp_softbody.body import other_surfaces
+    from warp_softbody.body.skin import USD
+
+    def read(path: Path) -> Skin:
+        from warp_softbody.stage_exports import read_skin
+
+        return read_skin(path)
+
+    other_surfaces.READERS.update(dict.fromkeys(USD, read))
+
+
+def quiet(silent: bool = True) -> None:
+    """Let Warp tell errors alone; or, not ``silent``, all that it loads and compiles.
+
+    Without it Warp's warnings are told, and no lines about modules.
+    """
+    from warp_softbody.device.warp_runtime import set_quiet
+    from warp_softbody.inputs import checks
+
+    set_quiet(silent=checks.truth("silent of quiet", silent))
 
 
 def __getattr__(name: str) -> Any:
@@ -175,6 +201,8 @@ def __getattr__(name: str) -> Any:
         from warp_softbody.inputs.extras import require_package
 
         require_package("gymnasium", "environments", "learn")
+    if name == "Character":
+        read_usd_surfaces()
     if name in _NAMES:
         return getattr(import_module(f"{__name__}.{_NAMES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -8,7 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+import warp as wp
 
+import warp_softbody as wsb
 from warp_softbody.device import warp_runtime
 from warp_softbody.errors import InputError
 
@@ -115,3 +117,16 @@ def test_a_device_that_is_not_there() -> None:
     warp_runtime.check_device("cpu")
     with pytest.raises(InputError, match="there is no device 'cuda:77' here; known: cpu"):
         warp_runtime.check_device("cuda:77")
+
+
+def test_quiet_and_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wp.config, "log_level", wp.LOG_INFO)
+    monkeypatch.setattr(warp_runtime, "_talks", [])
+    wsb.quiet()
+    warp_runtime.start()
+    assert wp.config.log_level == wp.LOG_ERROR
+    wsb.quiet(False)
+    warp_runtime.start()
+    assert wp.config.log_level == wp.LOG_INFO
+    with pytest.raises(InputError, match="silent of quiet"):
+        wsb.quiet("yes")  # type: ignore[arg-type]

@@ -103,7 +103,7 @@ class Character(FrozenValue):
     @classmethod
     def from_surface(
         cls,
-        surface: str | Path | TetMesh | trimesh.Trimesh,
+        surface: str | Path | TetMesh | Skin | trimesh.Trimesh,
         *,
         name: str | None = None,
         unit: str | float | None = None,
@@ -123,8 +123,9 @@ class Character(FrozenValue):
         fibres run along each limb.
 
         Args:
-            surface: a file (.stl, .obj, .ply, .off, .glb) or a trimesh surface; or a tet mesh, or
-                its file (.vtu, .msh, ...), which is kept, with its regions.
+            surface: a file (.stl, .obj, .ply, .off, .glb, .usd, .usda, .usdc, .usdz), a trimesh
+                surface or a skin; or a tet mesh, or its file (.vtu, .msh, ...), which is kept, with
+                its regions.
             name: of the character; None for that of the file.
             unit: of the file's lengths: "m", "dm", "cm", "mm", "inch", "foot", or a number of m;
                 None for the format's (.glb: m), or m where the body is then from 2 cm to 20 m high.
@@ -159,6 +160,14 @@ class Character(FrozenValue):
             stand=on_floor,
         )
         return cls(**made.parts)
+
+    def __repr__(self) -> str:
+        """Name and numbers; `Character.regions` and the like have the rest."""
+        return (
+            f"Character(name={self.name!r}, nodes={len(self.mesh.points)}, "
+            f"tets={len(self.mesh.tets)}, segments={self.segment_count}, "
+            f"regions={len(self.regions)})"
+        )
 
     def save(self, path: str | Path) -> None:
         """Write the character to a file that ends in .char, whole or not at all.

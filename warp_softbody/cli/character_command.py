@@ -74,8 +74,11 @@ def run(args: argparse.Namespace) -> int:
         SoftBodyError: the surface or a value cannot be used, or a file cannot be written.
     """
     with held_back():
+        from warp_softbody import read_usd_surfaces
         from warp_softbody.body.character import Character
         from warp_softbody.body.making.from_surface import made_from_surface
+
+    read_usd_surfaces()
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", MeshWarning)

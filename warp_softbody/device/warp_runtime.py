@@ -38,6 +38,16 @@ _kept: list[Any] = []
 """What was loaded of damaged modules."""
 
 
+_talks: list[bool] = []
+"""Whether the user wants Warp's lines about modules: not empty if so."""
+
+
+def set_quiet(*, silent: bool) -> None:
+    """Let Warp tell errors alone, or all."""
+    wp.config.log_level = wp.LOG_ERROR if silent else wp.LOG_INFO
+    _talks[:] = [] if silent else [True]
+
+
 def start() -> None:
     """Start Warp, if it is not yet, without its banner and its lines about modules.
 
@@ -46,7 +56,7 @@ def start() -> None:
     Raises:
         OutputError: there is no place for compiled kernels.
     """
-    if wp.config.log_level == wp.LOG_INFO:
+    if wp.config.log_level == wp.LOG_INFO and not _talks:
         wp.config.log_level = wp.LOG_WARNING
     with TURNS.alone():
         try:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warp_softbody.body import other_surfaces
 from warp_softbody.body.making.filling import fill
 from warp_softbody.body.making.given_surface import given_surface
 from warp_softbody.body.making.made import Made, made_of_mesh
@@ -19,6 +20,7 @@ from warp_softbody.body.making.solid import solid_of
 from warp_softbody.body.making.surface_skin import surface_skin
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.mesh_files import FORMATS
+from warp_softbody.body.skin import Skin
 from warp_softbody.errors import InputError, MeshError, MeshWarning
 from warp_softbody.inputs import checks, input_kinds
 
@@ -36,7 +38,7 @@ WATER = 1000.0
 
 
 def made_from_surface(
-    surface: str | Path | TetMesh | trimesh.Trimesh,
+    surface: str | Path | TetMesh | Skin | trimesh.Trimesh,
     *,
     name: str | None = None,
     unit: str | float | None = None,
@@ -69,6 +71,12 @@ def made_from_surface(
             points = points - floor_place(points)
         placed = TetMesh(points, mesh.tets, regions=mesh.regions)
         return made_of_mesh(placed, name or _identifier(source), density)
+    if isinstance(surface, str | Path) and Path(surface).is_file():
+        # read once, with its texture
+        reader = other_surfaces.READERS.get(Path(surface).suffix.lower())
+        if reader is not None:
+            name = name or _identifier(str(surface))
+            surface = reader(Path(surface))
     given = given_surface(surface)
     if up is None:
         up = given.up or "z"

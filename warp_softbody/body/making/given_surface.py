@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.body import other_surfaces
 from warp_softbody.body.mesh_formats.contents import ReadingFailed
 from warp_softbody.body.mesh_formats.polygons import Triangles
 from warp_softbody.body.mesh_formats.surface_files import READERS, read_surface
+from warp_softbody.body.skin import Skin
 from warp_softbody.body.skin_formats.glb_skin import read_glb_skin
 from warp_softbody.errors import MeshError
 from warp_softbody.inputs import checks, input_kinds
@@ -55,12 +57,14 @@ def given_surface(surface: object) -> GivenSurface:
     if isinstance(surface, str | os.PathLike):
         path = input_kinds.path("surface of a character", surface)
         given = _read(path)
+    elif isinstance(surface, Skin):
+        given = _of_skin(surface, "skin")
     elif hasattr(surface, "vertices") and hasattr(surface, "faces"):
         points = np.array(surface.vertices, np.float64).reshape(-1, 3)
         faces = np.array(surface.faces, np.int64).reshape(-1, 3)
         given = GivenSurface(points, faces, None, None, "surface")
     else:
-        checks.refuse("surface of a character", "a file or a trimesh.Trimesh", surface)
+        checks.refuse("surface of a character", "a file, a Skin or a trimesh.Trimesh", surface)
     points, faces, source = given.points, given.faces, given.source
     if not len(faces):
         raise MeshError(f"{source}: it holds no triangles")
@@ -74,6 +78,11 @@ def given_surface(surface: object) -> GivenSurface:
     return given._replace(points=points[used], faces=compact.reshape(-1, 3).astype(np.int64))
 
 
+def _of_skin(skin: Skin, source: str) -> GivenSurface:
+    """The triangles of a skin, which is in m with z upwards."""
+    return GivenSurface(np.array(skin.points), skin.faces.astype(np.int64), "m", "z", source)
+
+
 def _read(path: Path) -> GivenSurface:
     extension = path.suffix.lower()
     if not path.is_file():
@@ -81,7 +90,7 @@ def _read(path: Path) -> GivenSurface:
     if extension not in EXTENSIONS:
         raise MeshError(
             f"{path}: no surface format is known for the extension {path.suffix!r}; "
-            f"take one of {', '.join(EXTENSIONS)}"
+            f"take one of {', '.join((*EXTENSIONS, *other_surfaces.READERS))}"
         )
     try:
         if extension == GLB:

@@ -27,6 +27,8 @@ def surface_skin(
         matrix: (3, 3), from the file's points to m.
         origin: (3,) m, the place that has come to the origin.
     """
+    if isinstance(surface, Skin) and surface.textured:
+        return replace(surface, points=surface.points @ matrix.T - origin)
     if isinstance(surface, str | Path) and Path(surface).suffix.lower() in READERS:
         skin = Skin.read(surface)
         if skin.textured:
