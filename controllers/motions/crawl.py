@@ -17,7 +17,7 @@ from warp_softbody.controllers.motions.body_measures import mean_weights, region
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
 from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_crawl
-from warp_softbody.controllers.motions.trajectories import smooth_step
+from warp_softbody.controllers.motions.trajectories import way_on
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
 from warp_softbody.inputs import checks, input_kinds
@@ -60,6 +60,9 @@ class CrawlGains:
         push_time: sqrt(L/g), in which the head is pushed forward.
         follow: sqrt(g/L), how fast what is off its trajectory is to come back, and how fast an end
             that is to hold comes to a stop.
+        hold: sqrt(g/L), how fast an end that holds while the other is on its way comes back to its
+            place. An end that stands on its edge turns over it as the body goes flat, and held to
+            its place it would keep the body up: 0 asks it only to come to rest.
         corner_weight: sqrt(L/g), of the corners' velocities along the way in units of sqrt(g L).
         side_weight: of their velocities across the way, likewise.
         ground_weight: of their vertical velocities, likewise; keeps the ends flat on the ground.
@@ -73,6 +76,7 @@ class CrawlGains:
     pull_time: float = field(default=1.879, metadata=dimension(time=1.0))
     push_time: float = field(default=1.879, metadata=dimension(time=1.0))
     follow: float = field(default=3.193, metadata=dimension(time=-1.0))
+    hold: float = field(default=3.193, metadata=dimension(time=-1.0))
     corner_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
     side_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
     ground_weight: float = field(default=0.0256, metadata=dimension(time=1.0))
@@ -87,7 +91,8 @@ class CrawlGains:
             self,
             positive=("pull_time", "push_time", "follow"),
             not_negative=(
-                *("stride", "corner_weight", "side_weight", "ground_weight", "middle_weight"),
+                *("stride", "hold", "corner_weight", "side_weight"),
+                *("ground_weight", "middle_weight"),
             ),
             finite=("arch",),
         )
@@ -124,7 +129,9 @@ class Crawl:
         self._units: BodyUnits | None = None
         self._home: dict[str, FloatArray] = {}
         self._goals: dict[str, float] = {}
-        self._way = (0.0, 0.0)
+        self._begin: dict[str, tuple[float, float]] = {}
+        self._place = 0.0
+        self._rises = (0.0, 0.0, 0.0)
         self._length = 0.0
         self._due = 0.0
 
@@ -168,11 +175,10 @@ class Crawl:
             self._due = self._end(TAIL)
         if view.time - self._since >= self._lasts - 1e-9:
             self._advance(view)
-        share, rate, _ = smooth_step((view.time - self._since) / self._lasts)
-        rate /= self._lasts
-        corners = self._corners(view, share, rate)
+        share = (view.time - self._since) / self._lasts
+        corners = self._corners(view, share)
         return Goals(
-            objectives=(*corners, self._middle(view, share, rate)),
+            objectives=(*corners, self._middle(view, share)),
             patches=self._patches(view),
             activation=self._gains.activation,
             resting=self._resting,
@@ -185,19 +191,30 @@ class Crawl:
         if self.phase is CrawlPhase.PULL:
             self.phase, self._lasts = CrawlPhase.PUSH, g.push_time
             self._stop(view, TAIL)
-            there = self._end(TAIL) + self._length
-            self._way = (there - self._gathered(), there)
+            self._place = self._end(TAIL) + self._length
+            self._go(view, HEAD, 0.0)
         else:
             self.phase, self._lasts = CrawlPhase.PULL, g.pull_time
             self._stop(view, HEAD)
             begin = self._end(HEAD) - self._length
             self._due += g.stride
             gather = float(np.clip(self._due - begin, g.stride / CATCH_UP, g.stride * CATCH_UP))
-            self._way = (begin, begin + gather)
+            self._place = begin + gather
+            self._go(view, TAIL, g.arch)
 
-    def _gathered(self) -> float:
-        """By how much the ends were to come together in the pull, m."""
-        return self._way[1] - self._way[0]
+    def _go(self, view: BodyView, names: tuple[str, ...], height: float) -> None:
+        """Send corners and the middle on from where they are, as fast as they are."""
+        for name in names:
+            place, speed = (
+                float(region_mean(view, of, name)[0]) for of in (view.positions, view.velocities)
+            )
+            self._begin[name] = (place, speed)
+        weights = mean_weights(view, MIDDLE)
+        self._rises = (
+            float(weights @ view.positions[:, 2]),
+            float(weights @ view.velocities[:, 2]),
+            height,
+        )
 
     def _stop(self, view: BodyView, names: tuple[str, ...]) -> None:
         """Hold corners where they come to rest if their speed decays from now on."""
@@ -217,41 +234,40 @@ class Crawl:
             patches[end] = unchecked_copy(patches[end], slips=True)
         return tuple(patches)
 
-    def _corners(self, view: BodyView, share: float, rate: float) -> list[Objective]:
+    def _corners(self, view: BodyView, share: float) -> list[Objective]:
         """Trajectories of the four corners: one end holds, the other follows."""
         moving = {CrawlPhase.REST: (), CrawlPhase.PULL: TAIL, CrawlPhase.PUSH: HEAD}[self.phase]
-        begin, end = self._way
+        g, speeds = self._gains, dict.fromkeys((*TAIL, *HEAD), 0.0)
         for name in moving:
-            self._goals[name] = begin + share * (end - begin)
-        speed = rate * (end - begin)
+            place, speed = self._begin[name]
+            self._goals[name], speeds[name] = way_on(place, speed, self._place, self._lasts, share)
+        rests = self.phase is CrawlPhase.REST
         return [
-            self._corner(view, name, speed if name in moving else 0.0) for name in (*TAIL, *HEAD)
+            self._corner(view, name, speed, g.follow if rests or name in moving else g.hold)
+            for name, speed in speeds.items()
         ]
 
-    def _corner(self, view: BodyView, name: str, speed: float) -> Objective:
+    def _corner(self, view: BodyView, name: str, speed: float, follow: float) -> Objective:
         g = self._gains
         weights = mean_weights(view, (name,))
         goal = np.array([self._goals[name], *self._home[name][1:]])
-        way = np.array([speed, 0.0, 0.0]) + g.follow * (goal - weights @ view.positions)
+        rates = np.array([follow, g.follow, g.follow])
+        way = np.array([speed, 0.0, 0.0]) + rates * (goal - weights @ view.positions)
         cost = np.array([g.corner_weight, g.side_weight, g.ground_weight])
         stays = ("corner", name)
         return objectives.velocity(view, weights, way, cost / view.time_step, stays=stays)
 
-    def _middle(self, view: BodyView, share: float, rate: float) -> Objective:
+    def _middle(self, view: BodyView, share: float) -> Objective:
         """Up while the ends come together, down while they part."""
         g = self._gains
         weights = mean_weights(view, MIDDLE)
-        height, climb = {
-            CrawlPhase.REST: (0.0, 0.0),
-            CrawlPhase.PULL: (g.arch * share, g.arch * rate),
-            CrawlPhase.PUSH: (g.arch * (1.0 - share), -g.arch * rate),
-        }[self.phase]
+        height, climb = way_on(*self._rises, self._lasts, share)
         miss = height - weights @ view.positions[:, 2]
-        share = 1.0 / BodyUnits.of(view).speed
-        rows = view.kept("rows of the middle", lambda: objectives.mean_rows(view, share * weights))
+        unit = 1.0 / BodyUnits.of(view).speed
+        rows = view.kept("rows of the middle", lambda: objectives.mean_rows(view, unit * weights))
         return Objective(
             name="middle",
             rows=rows[2:],
-            target=np.array([share * (climb + g.follow * miss)]),
+            target=np.array([unit * (climb + g.follow * miss)]),
             weight=np.array([g.middle_weight / view.time_step]),
         )

@@ -16,6 +16,7 @@ from warp_softbody.controllers.motions.any_body import feet_of
 from warp_softbody.controllers.motions.balance import Balance
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
 from warp_softbody.controllers.motions.for_any_body.jumping import jump_gains
+from warp_softbody.controllers.motions.held_sole import HeldSole
 from warp_softbody.controllers.motions.jump_gains import JumpGains
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.objectives import Objective
@@ -74,6 +75,8 @@ class Jump:
         self._height: float | None = None
         self._first = np.zeros(3)
         self._ground = 0.0
+        self._above = 0.0
+        self._sole = HeldSole(self._base, self._patches)
 
     @classmethod
     def for_(
@@ -117,7 +120,11 @@ class Jump:
         if self.phase in (JumpPhase.LIFT, JumpPhase.FLY):
             return self._wanted(view, self._fly(view), grounded=False)
         goals = self._balance.goals(view)
-        return unchecked_copy(goals, activation=self._eased(view.time, goals.activation))
+        return unchecked_copy(
+            goals,
+            objectives=(*goals.objectives, *self._held(view)),
+            activation=self._eased(view.time, goals.activation),
+        )
 
     def _eased(self, time: float, usual: ActivationCost) -> ActivationCost:
         g, elapsed = self._gains, time - self._since
@@ -132,7 +139,7 @@ class Jump:
             if elapsed >= self._wait and self._done < self._jumps:
                 self._begin(view, base)
         elif self.phase is JumpPhase.CROUCH:
-            if elapsed >= g.crouch_time:
+            if elapsed >= g.crouch_share * g.crouch_time:
                 self._enter(JumpPhase.PUSH, view)
         elif self.phase in (JumpPhase.PUSH, JumpPhase.LIFT):
             if airborne:
@@ -149,6 +156,7 @@ class Jump:
         if self._done == 0:
             self._first = base
         self._ground = float(base[2])
+        self._above = float(view.center_of_mass[2] - base[2])
         self._enter(JumpPhase.CROUCH, view)
 
     def _enter(self, phase: JumpPhase, view: BodyView) -> None:
@@ -168,20 +176,23 @@ class Jump:
 
     def _wanted(self, view: BodyView, wanted: tuple[Objective, ...], *, grounded: bool) -> Goals:
         return Goals(
-            objectives=wanted,
+            objectives=(*wanted, *self._held(view)) if grounded else wanted,
             patches=ground_patches(view, self._patches) if grounded else (),
             activation=self._gains.activation,
             resting=self._resting if grounded else (),
         )
 
+    def _held(self, view: BodyView) -> tuple[Objective, ...]:
+        return self._sole.objectives(view, self._gains.sole_rate, self._gains.sole_weight)
+
     def _crouch(self, view: BodyView, base: FloatArray) -> tuple[Objective, ...]:
-        """The centre of mass goes down, and the body winds up, on a planned way."""
+        """The centre of mass goes down from where it is, and the body winds up, as planned."""
         g = self._gains
         assert self._height is not None
         step, rate, bend = smooth_step((view.time - self._since) / g.crouch_time)
         rate, bend = rate / g.crouch_time, bend / g.crouch_time**2
-        way = np.array([0.0, 0.0, -g.depth])
-        goal = base + np.array([0.0, 0.0, self._height]) + step * way
+        way = np.array([0.0, 0.0, self._height - g.depth - self._above])
+        goal = base + np.array([0.0, 0.0, self._above]) + step * way
         pull = bend * way + g.position * (goal - view.center_of_mass)
         linear = view.mass * (pull + g.velocity * rate * way) - g.velocity * view.linear_momentum
         turning = _inertias(view) * np.array([0.0, 0.0, g.wind])

@@ -19,7 +19,8 @@ class JumpGains:
     Attributes:
         depth: L, how far the centre of mass is lowered before the jump.
         wind: rad, by which the body is turned about the vertical meanwhile.
-        crouch_time: sqrt(L/g).
+        crouch_time: sqrt(L/g), of the whole way down.
+        crouch_share: of that time, after which the body pushes, as it still brakes its fall.
         launch: sqrt(g L), wanted velocity of the centre of mass at take-off, within reach.
         turn: rad, by which the body is to turn about the vertical in the air.
         rise: sqrt(L/g), in which both momenta come up to those of take-off.
@@ -31,6 +32,8 @@ class JumpGains:
         spin: sqrt(g/L), decay of angular momentum while crouching.
         momentum_weight: of the linear momentum, in units of m g dt.
         spin_weight: of the angular momentum, in units of m g L dt.
+        sole_weight: of the sole's velocities along the ground, in units of g dt; 0 leaves them out.
+        sole_rate: sqrt(g/L), how fast the sole is to come to rest where it stands.
         way: (x, y) L, how far the base is to land from where the last jump was to end.
         play: L, how far from the capture point the base may land for that.
         height: L, of the centre of mass above the base at landing.
@@ -46,6 +49,7 @@ class JumpGains:
     depth: float = field(default=0.19, metadata=dimension(length=1.0))
     wind: float = 0.0
     crouch_time: float = field(default=1.9, metadata=dimension(time=1.0))
+    crouch_share: float = 1.0
     launch: Vector = field(default=(0.0, 0.0, 0.38), metadata=dimension(length=1.0, time=-1.0))
     turn: float = 0.0
     rise: float = field(default=0.44, metadata=dimension(time=1.0))
@@ -57,6 +61,8 @@ class JumpGains:
     spin: float = field(default=2.6, metadata=dimension(time=-1.0))
     momentum_weight: float = 1.0
     spin_weight: float = 5.0
+    sole_weight: float = 0.0
+    sole_rate: float = field(default=12.0, metadata=dimension(time=-1.0))
     way: tuple[float, float] = field(default=(0.0, 0.0), metadata=dimension(length=1.0))
     play: float = field(default=0.06, metadata=dimension(length=1.0))
     height: float = field(default=0.43, metadata=dimension(length=1.0))
@@ -74,10 +80,11 @@ class JumpGains:
         """Refuse gains that are not finite or out of their range."""
         checks.settle(
             self,
-            positive=("crouch_time", "push_time", "rise", "height"),
+            positive=("crouch_time", "crouch_share", "push_time", "rise", "height"),
             not_negative=(
                 *("push", "push_spin", "position", "velocity", "spin", "reach_rate", "play"),
                 *("momentum_weight", "spin_weight", "reach_weight"),
+                *("sole_weight", "sole_rate"),
                 *("rest_time", "ease", "ease_time"),
             ),
             finite=("depth", "wind", "turn"),

@@ -20,6 +20,22 @@ def smooth_step(share: float) -> tuple[float, float, float]:
     return step, 30.0 * t**2 * (1.0 - t) ** 2, 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t)
 
 
+def way_on(
+    place: float, speed: float, goal: float, seconds: float, share: float
+) -> tuple[float, float]:
+    """Place and speed at a share of the seconds in which something that moves comes to rest.
+
+    The quintic that begins at ``place`` with ``speed`` and no acceleration, and ends at ``goal``
+    without either; before its start it is where it begins, after its end at the goal.
+    """
+    t = min(max(share, 0.0), 1.0)
+    step, rate, _ = smooth_step(t)
+    glide = t * (1.0 - t) ** 3 * (1.0 + 3.0 * t)
+    slowing = (1.0 - t) ** 2 * (1.0 + 2.0 * t - 15.0 * t**2)
+    way = goal - place
+    return place + step * way + glide * seconds * speed, rate / seconds * way + slowing * speed
+
+
 def eased_change(usual: ActivationCost, ease: float, share: float) -> ActivationCost:
     """The usual cost, with a change ``1 + ease (1 - share)^2`` times as expensive until share 1.
 

@@ -128,8 +128,8 @@ def test_one_end_holds_while_the_other_goes_ahead() -> None:
     crawl.goals(view_at(0.9, tail=0.06))
     push = crawl.goals(view_at(1.3, tail=0.06))
     assert (pulled, crawl.phase) == (CrawlPhase.PULL, CrawlPhase.PUSH)
-    # Half way the ends are to be half a stride nearer than at first; they are 0.06 m nearer.
-    ahead = 0.1 * 1.875 / 0.8 + 10.0 * (0.06 - 0.05)
+    # The ends are 0.06 m nearer than at first, which is all that the head has to go.
+    ahead = 0.06 * 1.875 / 0.8 + 10.0 * 0.03
     np.testing.assert_allclose(wanted(push)[HEAD, 0], ahead, atol=1e-12)
     np.testing.assert_allclose(wanted(push)[TAIL], 0.0, atol=1e-12)
     for goals, slippery in ((pull, 0), (push, 5)):
@@ -138,9 +138,31 @@ def test_one_end_holds_while_the_other_goes_ahead() -> None:
         assert [i for i, p in enumerate(goals.patches) if p.slips] == [slippery]
 
 
+@pytest.mark.parametrize("arch", [0.0, 0.2])
+def test_ends_and_middle_go_on_as_fast_as_they_are(arch: float) -> None:
+    """Wherever they are when a phase begins: a jump of what is wanted would shake the body."""
+    gains = CrawlGains(stride=0.1, arch=arch, pull_time=0.4 / UNIT, push_time=0.8 / UNIT)
+    crawl = Crawl(gains, start=0.5 / UNIT)
+    crawl.goals(view_at(0.0))
+    for time, moving, phase in ((0.5, TAIL, CrawlPhase.PULL), (0.9, HEAD, CrawlPhase.PUSH)):
+        begun = crawl.goals(view_at(time, tail=0.02, speed=0.3))
+        assert crawl.phase is phase
+        np.testing.assert_allclose(wanted(begun)[moving, 0], 0.3, atol=1e-12)
+        np.testing.assert_allclose(begun.objectives[-1].target, 0.0, atol=1e-12)
+
+
+def test_an_end_that_is_not_held_to_its_place_is_only_to_come_to_rest() -> None:
+    crawl = Crawl(CrawlGains(pull_time=0.4 / UNIT, hold=0.0), start=0.5 / UNIT)
+    for time in (0.0, 0.5, 0.9):
+        push = crawl.goals(view_at(time, tail=0.06, speed=0.2))
+    assert crawl.phase is CrawlPhase.PUSH
+    np.testing.assert_allclose(wanted(push)[TAIL, 0], 0.0, atol=1e-12)
+
+
 def test_an_end_that_is_to_hold_comes_gently_to_a_stop() -> None:
     """The velocity wanted of it is its own at first, and then falls with its distance to go."""
-    crawl = Crawl(CrawlGains(pull_time=0.4 / UNIT, follow=10.0 * UNIT), start=0.5 / UNIT)
+    gains = CrawlGains(pull_time=0.4 / UNIT, follow=10.0 * UNIT, hold=10.0 * UNIT)
+    crawl = Crawl(gains, start=0.5 / UNIT)
     crawl.goals(view_at(0.0))
     crawl.goals(view_at(0.5))
     push = crawl.goals(view_at(0.9, tail=0.06, speed=0.2))

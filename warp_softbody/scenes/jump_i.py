@@ -31,15 +31,18 @@ LANDING = BalanceGains(
     crouch=0.38,  # of the offset
     momentum_weight=0.05,  # of rows in m g dt
     spin_weight=1.5,  # of rows in m g L dt
+    upright=3.0,  # sqrt(g/L)
+    upright_weight=0.003,  # of rows in g dt: without it a body may come to rest bent
     base_weight=0.0,  # widening and momentum at such weights end in a sway that does not stop
-    activation=ActivationCost(effort=0.015, change=0.1096),
+    activation=ActivationCost(effort=0.1, change=0.16),
     relax=40.0,
     relax_within=0.15,  # L
 )
 
 IN_PLACE = JumpGains(
-    depth=0.17,  # L
+    depth=0.15,  # L: as low as muscles come that still have something to spare
     crouch_time=1.88,  # sqrt(L/g)
+    crouch_share=0.85,
     launch=(0.0, 0.0, 0.405),  # sqrt(g L)
     rise=0.44,  # sqrt(L/g)
     push=9.6,  # sqrt(g/L)
@@ -49,6 +52,8 @@ IN_PLACE = JumpGains(
     spin=2.55,  # sqrt(g/L)
     momentum_weight=1.0,  # of rows in m g dt
     spin_weight=5.0,  # of rows in m g L dt
+    sole_weight=0.003,  # of rows in g dt
+    sole_rate=12.0,  # sqrt(g/L)
     play=0.06,  # L
     height=0.39,  # L
     reach_rate=4.5,  # sqrt(g/L)

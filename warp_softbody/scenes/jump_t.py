@@ -17,12 +17,13 @@ from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
 STRENGTH = 2.6  # E
-POISSON_RATIO = 0.485
+POISSON_RATIO = 0.49
 STIFFNESS_DAMPING = 0.022  # s
 
 TWIST = replace(
     IN_PLACE,
     depth=0.175,  # L
+    crouch_share=0.9,
     wind=-0.9,  # rad
     launch=(0.0, 0.0, 0.415),  # sqrt(g L)
     turn=1.3,  # rad
