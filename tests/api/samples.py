@@ -344,6 +344,8 @@ OUTPUTS = {
         "Authority",
         "ForceField",
         "GoalReport",
+        # changes the process, and has a test of its own
+        "quiet",
         "ContactMultipliers",
         "GeneralMultipliers",
         "Controller",

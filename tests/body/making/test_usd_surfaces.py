@@ -62,7 +62,7 @@ def test_a_stage_without_a_mesh_is_refused(tmp_path: Path) -> None:
     Usd.Stage.CreateNew(str(path)).Save()
     with pytest.raises(MeshError, match="holds no mesh"):
         wsb.Character.from_surface(path)
-    with pytest.raises(MeshError, match="there is no such file"):
+    with pytest.raises(MeshError, match="is not a USD file that can be read"):
         wsb.Character.from_surface(tmp_path / "none.usd")
 
 

@@ -71,10 +71,10 @@ def made_from_surface(
             points = points - floor_place(points)
         placed = TetMesh(points, mesh.tets, regions=mesh.regions)
         return made_of_mesh(placed, name or _identifier(source), density)
-    if isinstance(surface, str | Path) and Path(surface).is_file():
-        # read once, with its texture
+    if isinstance(surface, str | Path):
         reader = other_surfaces.READERS.get(Path(surface).suffix.lower())
         if reader is not None:
+            # read once, with its texture
             name = name or _identifier(str(surface))
             surface = reader(Path(surface))
     given = given_surface(surface)
