@@ -86,8 +86,14 @@ def make_newton_base(precision: str) -> SimpleNamespace:
         scalars: wp.array(dtype=wp.float64),
     ):
         # in one thread. A linearised step about a tangle may press on the ground without bound;
-        # contact can bring about no more than what it stops or throws back, and what pushes it
+        # contact can bring about no more than what it stops or throws back, and what pushes it;
+        # what strikes a body at the speed of a handle throws it back relative to that
         zero = wp.float64(0.0)
+        fastest = zero
+        for i in range(body_start[body_start.shape[0] - 1]):
+            if held[i] != 0:
+                speed_held = wide(moved.before[i]) + wide(moved.change[i])
+                fastest = wp.max(fastest, wp.length(speed_held))
         half64 = wp.float64(0.5)
         share = wp.float64(1.0)
         alone = zero
@@ -99,7 +105,9 @@ def make_newton_base(precision: str) -> SimpleNamespace:
             for i in range(body_start[body], body_start[body + 1]):
                 if held[i] == 0:
                     own = lacking(rows, right, known, moved.before, zero, drift, i)
-                    bound += wp.float64(2.0) * wp.float64(rows.masses[i]) * wp.length(drift)
+                    bound += (
+                        wp.float64(2.0) * wp.float64(rows.masses[i]) * (wp.length(drift) + fastest)
+                    )
                     bound += half64 * wp.length(own)
                     alone += half64 * wp.dot(own, own) / wp.float64(rows.masses[i])
                     pressed += wp.length(wide(known[i] - right[i]))
