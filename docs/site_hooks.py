@@ -26,6 +26,7 @@ API = {
     "objectives": "controllers.objectives",
     "qpcc": "controllers.qpcc",
     "stage_exports": "stage_exports",
+    "live": "live",
     "characters": "characters",
     "scenes": "scenes",
     "errors": "errors",
