@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,7 +20,9 @@ from warp_softbody import (
     RadialField,
     TriangleGround,
     UniformField,
+    scene_files,
 )
+from warp_softbody.characters import letter_i
 from warp_softbody.scene_files.bodies import FRICTION, OWN, PLACE, START
 from warp_softbody.scene_files.motions import KINDS
 from warp_softbody.scene_files.reading import KEYS, WORLD
@@ -49,3 +52,13 @@ def test_other_keys() -> None:
     assert [key for key in (*keys, *shapes) if not in_code(key)] == []
     assert in_code("movers")
     assert [kind for kind in KINDS if f'"{kind}"' not in PAGE] == []
+
+
+def test_blocks_are_scenes(tmp_path: Path) -> None:
+    letter_i(coarse=1).save(tmp_path / "hero.char")
+    blocks = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+    assert len(blocks) == 2
+    for number, text in enumerate(blocks):
+        (tmp_path / f"{number}.toml").write_text(text)
+        file = scene_files.read(tmp_path / f"{number}.toml")
+        file.simulation().step()

@@ -218,6 +218,8 @@ def test_what_is_wrong_is_told_with_its_line(
     [
         ("", r"1: the table \[character\] is missing"),
         ("character = 3\n", "1: character: must be a table, not 3"),
+        (SMALL + "[world]\ngravity = [0, 0]\n", "7: world.gravity: Scene.gravity must be 3 finite"),
+        (SMALL + "[world]\nself_contact = 1\n", "7: world.self_contact: Scene.self_contact must"),
         (SMALL + "[[ground]]\n", "6: ground: must be a table"),
         (SMALL + "[output]\nstage = '/etc/x.usdc'\n", "7: output.stage: .*leads out of it"),
         (SMALL + "[output]\nmovie = '../x.gif'\n", "7: output.movie: .*leads out of it"),

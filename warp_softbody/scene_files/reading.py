@@ -78,7 +78,7 @@ def _scene(table: Table) -> Scene:
     bodies = [body_of(each, known, CONTROLLER) for each in table.tables("bodies")]
     moved = [mover_of(each) for each in table.tables("movers")]
     ground = ground_of(table.table("ground")) if "ground" in table else None
-    with world.explained(), table.explained():
+    with table.explained(), world.explained(named=True):
         still = Scene(
             character=first.character,
             others=(*bodies, *(body for body, _ in moved)),

@@ -123,10 +123,11 @@ class Table:
         raise InputError(f"{self._where(place)}{message}")
 
     @contextmanager
-    def explained(self, key: str | None = None) -> Iterator[None]:
+    def explained(self, key: str | None = None, *, named: bool = False) -> Iterator[None]:
         """Tell file, line and field of what a record refuses of this table's values.
 
-        The field is ``key``, or the first of the keys that the sentence names.
+        The field is ``key``, or the first of the keys that the sentence names. With ``named`` what
+        names none of them is left to others.
         """
         try:
             yield
@@ -135,11 +136,13 @@ class Table:
             if message.startswith(f"{self.source.path}:"):
                 raise
             keys = self._values if key is None else ()
-            named = [name for name in keys if re.search(rf"\b{re.escape(name)}\b", message)]
+            found = [name for name in keys if re.search(rf"\b{re.escape(name)}\b", message)]
             # sentences begin with class and field
-            named.sort(key=lambda name: message.find(name))
-            named += [] if key is None else [key]
-            place = (*self.place, named[0]) if named else self.place
+            found.sort(key=lambda name: message.find(name))
+            found += [] if key is None else [key]
+            if named and not found:
+                raise
+            place = (*self.place, found[0]) if found else self.place
             raise InputError(f"{self._where(place)}{message}") from error
 
     def _where(self, place: Place) -> str:
