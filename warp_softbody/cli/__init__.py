@@ -14,6 +14,7 @@ from warp_softbody.cli import (
     chart_command,
     check_command,
     convert_command,
+    demo_command,
     list_command,
     mesh_command,
     new_command,
@@ -31,6 +32,7 @@ from warp_softbody.errors import NotFiniteError, SoftBodyError
 FAILED = 2
 NOT_FINITE = 3
 COMMANDS = (
+    demo_command,
     list_command,
     run_command,
     new_command,
