@@ -29,6 +29,7 @@ API = {
     "live": "live",
     "characters": "characters",
     "scenes": "scenes",
+    "scene_files": "scene_files",
     "errors": "errors",
 }
 ROOMS = {
