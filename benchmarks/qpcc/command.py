@@ -1,8 +1,9 @@
 """How near the QPCC solver comes to the optimum, and how fast: ``python -m benchmarks.qpcc``.
 
-Five parts: stored instances from a cold start, in general and in contact form (only where a folder
-of them is named), warm-started sequences, the steps of shipped motions, and the experiment of Tan,
-Turk and Liu (2012) made again. Times are CPU times of one thread on the machine at hand.
+Six parts: stored instances from a cold start, in general and in contact form (only where a folder
+of them is named), warm-started sequences, the steps of shipped motions, the experiment of Tan, Turk
+and Liu (2012) made again, and, where they are asked for, verdicts on random problems beside SCIP.
+Times are CPU times of one thread on the machine at hand.
 """
 
 from __future__ import annotations
@@ -25,8 +26,9 @@ from benchmarks.qpcc import (
 from benchmarks.qpcc.instances import Row
 from benchmarks.qpcc.peers.comparison import print_comparison
 from benchmarks.qpcc.recorded import print_recorded
+from benchmarks.qpcc.verdicts import print_verdicts
 
-PARTS = ("instances", "contacts", "sequences", "recorded", "paper")
+PARTS = ("instances", "contacts", "sequences", "recorded", "paper", "verdicts")
 
 
 AIMS = {4: 2, 8: 5, 16: 10, 32: 30}
@@ -42,9 +44,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         default=os.environ.get("QPCC_INSTANCES", ""),
         help="folder of .npz instances (default: the variable QPCC_INSTANCES)",
     )
-    parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS))
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS[:-1]))
     parser.add_argument("--steps", type=int, default=20, help="of a sequence")
     parser.add_argument("--problems", type=int, default=10, help="of the paper's experiment")
+    parser.add_argument("--count", type=int, default=504, help="of random problems")
     parser.add_argument(
         "--peers",
         action="store_true",
@@ -67,6 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print_recorded()
     if "paper" in args.parts:
         print_paper(args.problems)
+    if "verdicts" in args.parts:
+        print_verdicts(args.count)
 
 
 def print_instances(folder: str) -> None:
