@@ -69,7 +69,10 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
         rig(box(), material=Material(volume="exact"), native_code=native, time_step=0.01).step()
     rig(box(), tangent="conserving", time_step=0.01).step()
     rig(box(), material=Material(volume="exact"), tangent="exact", time_step=0.01).step()
-    rig(box(), material=Material(volume="exact"), elements="smoothed", time_step=0.01).step()
+    for native in (True, False):
+        exact: dict[str, Any] = {"material": Material(volume="exact"), "native_code": native}
+        rig(box(), elements="smoothed", time_step=0.01, **exact).step()
+        rig(box(), elements="smoothed", tangent="conserving", time_step=0.01, **exact).step()
     rig(box(), elements="smoothed", time_step=0.01).step()
     rig(box(), tangent="exact", newton_iterations=2, time_step=0.01).step()
     two = SimulationOptions(newton_iterations=2)

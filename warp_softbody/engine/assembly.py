@@ -21,6 +21,7 @@ from warp_softbody.kernels.elastic.lanes import GROUP
 from warp_softbody.kernels.elastic.node_lanes import node_lanes_on
 from warp_softbody.kernels.elastic.rotation_lanes import rotation_lanes_on
 from warp_softbody.kernels.elastic.smoothed import make_smoothing
+from warp_softbody.kernels.elastic.smoothed_lanes import make_smoothed_lanes
 from warp_softbody.kernels.elastic.smoothed_volume import make_smoothed_volume
 from warp_softbody.kernels.elastic.tangent import TangentKind, make_tangent
 from warp_softbody.kernels.elastic.tangent_lanes import make_tangent_lanes
@@ -89,6 +90,7 @@ class Assembly:
             self._volume_gradients = work.zeros(4 * m + 1, types.vec3)
         self._tangent: Any = None
         self._smoothing: Any = None
+        self._smoothed_lanes: Any = None
         if options.tangent != "warped":
             self._tangent = make_tangent(options.precision)
             self._couplings = work.zeros(4 * m + 1, types.mat33)
@@ -122,6 +124,11 @@ class Assembly:
                 rotations=self._edge_rotations,
                 pressures=self._pressures,
             )
+            if self._lanes is not None:
+                made = make_smoothed_lanes(
+                    model.options.precision, self._smoothed_volume.SmoothedState
+                )
+                self._smoothed_lanes = made
 
     def launch(self, positions: Any, velocities: Any, iterate: Any = None) -> None:
         """Launch all of it; ``velocities`` are those of the momentum.
@@ -211,7 +218,8 @@ class Assembly:
             around = [arrays.gather.edge_start[a : b + 1], arrays.gather.edge_corners]
             inputs = [*around, arrays.mesh.elastic_volume, self._deformations]
             found = [self._edge_stresses[a:b], self._edge_rotations[a:b]]
-            self._launch(self._smoothing.mean_edges, a, b, inputs, found)
+            means = self._smoothed_lanes or self._smoothing
+            self._launch(means.mean_edges, a, b, inputs, found)
             self._rotate(self._edge_rotations, a, b)
             inputs = [part.lame, int(self._lanes is not None)]
             self._launch(self._smoothing.stress_edges, a, b, inputs, found)
@@ -224,9 +232,13 @@ class Assembly:
             turned = int(self._lanes is not None)
             rotations = self.node_rotations[a:b]
             if part.material.volume == "exact":
-                inputs += [turned, self._deformations]
                 outputs = [self._pressures[a:b], rotations]
-                self._launch(self._smoothed_volume.press_nodes, a, b, inputs, outputs)
+                if self._smoothed_lanes is not None:
+                    kernel = self._smoothed_lanes.press_nodes
+                    self._launch(kernel, a, b, [*inputs, self._deformations], outputs)
+                else:
+                    inputs += [turned, self._deformations]
+                    self._launch(self._smoothed_volume.press_nodes, a, b, inputs, outputs)
                 self._rotate(self.node_rotations, a, b)
             else:
                 outputs = [self._node_stresses[a:b], rotations]
@@ -240,9 +252,15 @@ class Assembly:
             corners = slice(4 * a, 4 * b)
             outputs = [self.rotations[a:b], self._gradients[corners]]
             if part.material.volume == "exact":
+                found = [self._volume_gradients[corners], self._forces[corners]]
+                if self._smoothed_lanes is not None and self._tangent is not None:
+                    inputs = [*structure, a, self._smoothed_state, outputs[0]]
+                    found = [outputs[1], *found]
+                    self._launch(self._smoothed_lanes.smoothed_tets, a, b, inputs, found)
+                    continue
                 own, turned = int(self._tangent is not None), int(self._lanes is not None)
                 inputs = [*structure, own, turned, a, self._smoothed_state]
-                outputs += [self._volume_gradients[corners], self._forces[corners]]
+                outputs += found
                 self._launch(self._smoothed_volume.smoothed_tets, a, b, inputs, outputs)
                 continue
             stresses = [self._edge_stresses, self._edge_rotations, self._node_stresses]

@@ -13,6 +13,7 @@ from warp_softbody.device.structs import struct_of
 from warp_softbody.device.warp_runtime import with_kernels
 from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.model import Model
+from warp_softbody.kernels.fiber_edges import make_fiber_edges
 from warp_softbody.kernels.fiber_lanes import CORNER_PAIRS, fiber_lanes_on
 from warp_softbody.kernels.implicit_muscles import make_implicit_muscles
 
@@ -44,6 +45,9 @@ class ImplicitMuscles:
         kinds = (options.precision, self._kernels.Fibers, self._kernels.FiberState)
         # before any kernel is loaded, as both are of one module
         self._lanes = fiber_lanes_on(options.device, *kinds) if options.native_code else None
+        self._edges = self._kernels
+        if self._lanes is not None:
+            self._edges = make_fiber_edges(options.precision)
         volume = layout.pair_weight * model.body.mesh.volumes[layout.pair_tet]
         whole = np.bincount(layout.pair_segment, volume, model.segment_count)
         share = volume / np.where(whole > 0.0, whole, 1.0)[layout.pair_segment]
@@ -128,7 +132,7 @@ class ImplicitMuscles:
 
         def add(first: int, last: int) -> None:
             inputs = [first, edges.edge_start, edges.edge_corners, edges.edge_slots]
-            self._launch(k.stiffen_edges, last - first, [*inputs, self._blocks], [values])
+            self._launch(self._edges.stiffen_edges, last - first, [*inputs, self._blocks], [values])
 
         m = self._model
         return [
