@@ -21,6 +21,10 @@ from warp_softbody.controllers.qpcc.general.restarts import random_point
 COLD_QPS = 300
 """QPs after which no penalty run begins: the rest is for kicks."""
 
+FIRST_KICKS, FIRST_PATIENCE = 600, 300
+"""Kicks before penalty runs, and how many of them in a row may fail: the QPs of modes take a tenth
+to a hundredth of the time of those of the general form."""
+
 MIDDLE = 240
 """Variables of the general form up to which that many QPs are spent; beyond, fewer by the cube."""
 
@@ -45,7 +49,7 @@ def cold_minima(
 ) -> ColdStart:
     """Local minima below static contacts, the forward problem, and the ends of penalty runs.
 
-    Descents come first, so that a short limit of time ends with what they find.
+    Descents and kicks come first, so that a short limit of time ends with what they find.
     """
     found: dict[tuple[int, ...], LocalMinimum] = {}
     _descend(search, search.visit(static), found)
@@ -54,8 +58,12 @@ def cold_minima(
     if not found:
         forward = forward_contact(search.scaled, controls)
         _descend(search, None if forward is None else search.visit(forward[0]), found)
+    minima = list(found.values())
+    if minima and search.options.kicks:
+        search.perturb(minima, FIRST_KICKS, FIRST_PATIENCE)
     if search.spent:
-        return ColdStart(list(found.values()))
+        return ColdStart(minima)
+    found = {minimum.minimiser.modes: minimum for minimum in minima}
     size = _size(search)
     full = to_general(search.scaled.problem, size)
     solver = CertifiedSolver(thorough=False)
@@ -106,7 +114,7 @@ def _penalty_points(
     scaled, options = search.scaled, search.options
     problem = scaled.problem
     most = min(COLD_QPS, options.max_qps // 2)
-    most = int(most * min(1.0, (MIDDLE / len(size)) ** 3))
+    most = search.qp_count + int(most * min(1.0, (MIDDLE / len(size)) ** 3))
     random = np.random.default_rng(seed)
     sides = np.full(len(general.l0), OPEN, np.int8)
     to_z, nu = force_map(problem), problem.control_count

@@ -120,24 +120,27 @@ class ContactSearch:
         minima.append(found)
         return True
 
-    def perturb(self, minima: list[LocalMinimum]) -> LocalMinimum:
+    def perturb(
+        self, minima: list[LocalMinimum], kicks: int | None = None, patience: int | None = None
+    ) -> LocalMinimum:
         """Leave local minima by kicks, the lowest minimum first; the lowest one found.
 
-        New minima are added to ``minima``.
+        New minima are added to ``minima``. Kicks and patience are those of the options unless they
+        are given.
         """
         best = self.lowest(minima)
-        if self.options.kicks == 0:
-            return best
+        left = self.options.kicks if kicks is None else kicks
+        patience = self.options.patience if patience is None else patience
         order = itertools.count()
         queue = [(m.minimiser.value, next(order), m, self._kicks(m.minimiser)) for m in minima]
         heapq.heapify(queue)
-        left, failed = self.options.kicks, 0
-        while queue and left > 0 and failed < self.options.patience and not self.spent:
-            value, _, minimum, kicks = heapq.heappop(queue)
-            modes = next((m for m in kicks if m not in self._known), None)
+        failed = 0
+        while queue and left > 0 and failed < patience and not self.spent:
+            value, _, minimum, further = heapq.heappop(queue)
+            modes = next((m for m in further if m not in self._known), None)
             if modes is None:
                 continue
-            heapq.heappush(queue, (value, next(order), minimum, kicks))
+            heapq.heappush(queue, (value, next(order), minimum, further))
             left -= 1
             failed += 1
             minimiser = self.visit(modes, limit=self.within_reach(best.minimiser))

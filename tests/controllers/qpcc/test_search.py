@@ -204,3 +204,19 @@ def test_lemke_solves_a_known_problem_and_says_when_there_is_no_solution() -> No
 def test_enumeration_refuses_what_would_never_end() -> None:
     with pytest.raises(InputError, match="at most 4"):
         enumerate_qpcc(soft_body(0, contacts=5, controls=4))
+
+
+def test_a_cold_search_of_contacts_kicks_before_it_turns_to_the_general_form() -> None:
+    """So that a small budget finds what else the penalty method would find with a large one."""
+    descents, kicked, long = [], [], []
+    for seed in range(6):
+        problem = soft_body(seed, contacts=8, controls=24)
+        descents.append(
+            solve_qpcc(problem, start=(1,) * 8, options=SolverOptions(kicks=0)).objective
+        )
+        kicked.append(solve_qpcc(problem, budget=400).objective)
+        long.append(solve_qpcc(problem).objective)
+    gained = np.array(descents) - np.array(kicked)
+    assert gained.min() >= -1e-10 and gained.max() > 1e-4
+    # of what the long search gains over a descent
+    assert np.sum(gained) > 0.98 * np.sum(np.array(descents) - np.array(long))
