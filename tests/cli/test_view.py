@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from tests.live.messages import read_take_page
-from warp_softbody.cli import view_command
+from warp_softbody.cli.display import has_display
 from warp_softbody.stage_exports.usd.reader import read_takes
 
 
@@ -101,7 +101,7 @@ def test_a_browser_is_opened_only_where_there_is_a_display(
     done = call("view", "drop-block", "--seconds", 0.1, "--open")
     assert not opened and done.err.count("no browser could be opened") == 1
     monkeypatch.setenv("DISPLAY", ":0")
-    assert view_command.has_display()
+    assert has_display()
     done = call("view", "drop-block", "--seconds", 0.1, "--open")
     assert opened == [done.out.strip()]
     call("view", "drop-block", "--seconds", 0.1)

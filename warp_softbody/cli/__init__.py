@@ -13,8 +13,10 @@ from warp_softbody.cli import (
     character_command,
     chart_command,
     check_command,
+    completion_command,
     convert_command,
     demo_command,
+    doctor_command,
     list_command,
     mesh_command,
     new_command,
@@ -45,6 +47,8 @@ COMMANDS = (
     character_command,
     chart_command,
     tune_command,
+    doctor_command,
+    completion_command,
 )
 
 
@@ -83,6 +87,7 @@ def _parser() -> Parser:
         description="Muscle-driven soft-body characters that move by physics.",
     )
     parser.add_argument("--version", action="version", version=f"warp-softbody {__version__}")
+    parser.set_defaults(program=parser)
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add_parser(subparsers)

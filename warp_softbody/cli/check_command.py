@@ -75,5 +75,10 @@ def _as_text(facts: dict[str, Any]) -> str:
             f"{body['mass']:.3g} kg{muscles}"
         )
     ground, controller = facts["ground"] or "no ground", facts["controller"] or "no controller"
-    acts = f"{facts['pushes']} pushes, {facts['handles']} handles"
+    acts = ", ".join(_counted(facts[name], name) for name in ("pushes", "handles"))
     return "\n".join([*lines, f"  {ground}, {acts}, {controller}"])
+
+
+def _counted(count: int, plural: str) -> str:
+    """A number and what is counted, a single one without the plural's ending."""
+    return f"{count} {plural if count != 1 else {'pushes': 'push', 'handles': 'handle'}[plural]}"

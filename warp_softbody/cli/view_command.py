@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-import sys
 import time
 import webbrowser
 from collections.abc import Callable
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warp_softbody.cli.arguments import key_value, number, whole
+from warp_softbody.cli.display import has_display
 from warp_softbody.cli.interruption import Interruption, exit_code, held_back
 from warp_softbody.cli.option_flags import add_option_flags
 from warp_softbody.cli.output import complain, note, say
@@ -164,8 +163,3 @@ def _begin(args: argparse.Namespace, server: PageServer) -> None:
         return
     if not has_display() or not webbrowser.open(address):
         complain("no browser could be opened, as there is no display; open the address above")
-
-
-def has_display() -> bool:
-    """Whether a browser's window could be seen."""
-    return sys.platform == "darwin" or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))

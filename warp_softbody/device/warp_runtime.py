@@ -68,6 +68,12 @@ def start() -> None:
                 wp.init()  # type: ignore[no-untyped-call]
 
 
+def kernel_folder() -> str:
+    """Where compiled kernels are kept on this machine."""
+    start()
+    return str(wp.config.kernel_cache_dir)
+
+
 def captured(device: str, launch: Callable[[], None]) -> Any:
     """The graph of what ``launch`` launches on a device; its kernels are loaded on the way.
 
