@@ -36,8 +36,8 @@ class StepGains:
         activation: cost of effort and change.
     """
 
-    stride: float = field(default=0.16, metadata=dimension(length=1.0))
-    step: float = field(default=0.6, metadata=dimension(time=1.0))
+    stride: float = field(default=0.12, metadata=dimension(length=1.0))
+    step: float = field(default=0.45, metadata=dimension(time=1.0))
     stand: float = 0.585
     lift: float = field(default=0.013, metadata=dimension(length=1.0))
     touch_down: float = 0.254
@@ -75,16 +75,19 @@ class StepGains:
 
 
 ON_FEET = StepGains()
-"""Of a body on three feet or more. By a random search of sixty draws, then by hand, on a table and
-a four-legged animal, by the way that they come in eight seconds. Slow steps fall over more often
-than quick ones: a body that falls off two feet is caught by the next two."""
+"""Of a body on four feet or more. By a random search of sixty draws, then by hand, on a table and
+two four-legged animals, by the way that they come in eight seconds. Slow steps and long strides
+fall over more often than quick and short ones: what falls off two feet is caught by the next."""
 
-ON_ONE_SOLE = replace(ON_FEET, step=0.45, capture=0.0, turn=6.0)
+ON_THREE_FEET = replace(ON_FEET, stride=0.16, step=0.4, stand=0.0, lift=0.0, capture=0.0)
+"""Of a body on three feet, which are pushed along: two that are left would not bear it."""
+
+ON_ONE_SOLE = replace(ON_FEET, stride=0.16, capture=0.0, turn=6.0)
 """Of a body that goes on parts of one sole, which no placing of feet can widen. With longer
 strides, or held upright less, it falls over after some ten steps."""
 
-LYING_ON_LIMBS = replace(ON_FEET, stand=0.0, step=0.3)
+LYING_ON_LIMBS = replace(ON_FEET, stride=0.16, stand=0.0, step=0.3)
 """Of a body that lies on its limbs, and needs no balance."""
 
-LYING = replace(ON_FEET, stand=0.0, lift=0.0, capture=0.0, step=0.4)
+LYING = replace(ON_FEET, stride=0.16, stand=0.0, lift=0.0, capture=0.0, step=0.4)
 """Of a body that lies on all its length."""

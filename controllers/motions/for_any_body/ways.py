@@ -17,6 +17,7 @@ from warp_softbody.controllers.motions.for_any_body.step_gains import (
     LYING_ON_LIMBS,
     ON_FEET,
     ON_ONE_SOLE,
+    ON_THREE_FEET,
     StepGains,
 )
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
@@ -69,7 +70,8 @@ def way_to_walk(character: Character) -> Way:
     names = [name for name in character.regions if name.startswith("foot_")]
     feet = tuple(character.region(name) for name in names if len(character.region(name)))
     if len(feet) >= LEAST_FEET:
-        return Way(feet, _across(character, feet), LYING_ON_LIMBS if lies(character) else ON_FEET)
+        gains = ON_FEET if len(feet) > LEAST_FEET else ON_THREE_FEET
+        return Way(feet, _across(character, feet), LYING_ON_LIMBS if lies(character) else gains)
     require_regions("Walk on fewer than three feet", character, BASE_PATCHES)
     quadrants = tuple(character.region(name) for name in BASE_PATCHES)
     # around the sole, so that its lifted corner wanders around it

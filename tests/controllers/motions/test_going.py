@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
+from trimesh import creation
 
-from tests.support.surfaces import BODIES
+from tests.support.surfaces import BODIES, at, joined, limb
 from warp_softbody import Character, Plane, Scene, Simulation, controllers
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.mesh_geometry import lumped_masses
@@ -78,6 +79,22 @@ def test_travels_its_length(name: str) -> None:
     assert way[-1, 0] - way[0, 0] > length(body)
     assert abs(way[-1, 1] - way[0, 1]) < 0.5 * length(body)
     assert way[:, 2].min() > 0.75 * way[0, 2]
+
+
+@pytest.mark.parametrize("count", [3, 6])
+def test_other_numbers_of_feet(count: int) -> None:
+    """A stool on three legs and a table on six, which nothing was tuned for."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    ways = [(float(np.cos(angle)), float(np.sin(angle))) for angle in angles]
+    legs = (limb((0.2 * x, 0.2 * y, 0.5), (0.28 * x, 0.28 * y, 0.06), 0.06) for x, y in ways)
+    seat = at(creation.cylinder(0.3, 0.1), (0.0, 0.0, 0.55))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        body = Character.from_surface(joined(seat, *legs), name="stool", tets=1200)
+    way = path(body, Walk.for_(body, heading=1.0), 4.0)
+    gone = way[-1] - way[0]
+    assert gone[0] * np.cos(1.0) + gone[1] * np.sin(1.0) > 0.4 * length(body)
+    assert way[:, 2].min() > 0.8 * way[0, 2]
 
 
 def test_a_ring_rolls() -> None:
