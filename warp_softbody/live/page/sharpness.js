@@ -1,6 +1,6 @@
 // Pixels of the picture for one of the page: fewer while pictures come too slowly.
 
-const SLOW = 42;
+const SLOW = 36;
 const QUICK = 24;
 const LEAST = 0.5;
 const SHARPER = 1.15;

@@ -4,13 +4,15 @@ import { COLORS } from "./palette.js";
 import { Sharpness } from "./sharpness.js";
 
 const STILL = 400;
-/** Pixels of the sun's map of shadows, each way. */
+/** Pixels of the sun's map of shadows, each way, and where no graphics processor draws it. */
 const SHADOW_MAP = 768;
+const SOFTWARE_SHADOW_MAP = 384;
 
 export class Stage3D {
   constructor(container, size) {
     this.container = container;
-    this.renderer = new THREE.WebGLRenderer({ antialias: !drawsBySoftware() });
+    this.software = drawsBySoftware();
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.software });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     container.append(this.renderer.domElement);
@@ -36,7 +38,8 @@ export class Stage3D {
     this.scene.add(new THREE.HemisphereLight("#ffffff", "#aab4c2", 1.5));
     const sun = new THREE.DirectionalLight("#fff6e8", 2.0);
     sun.castShadow = true;
-    sun.shadow.mapSize.set(SHADOW_MAP, SHADOW_MAP);
+    const pixels = this.software ? SOFTWARE_SHADOW_MAP : SHADOW_MAP;
+    sun.shadow.mapSize.set(pixels, pixels);
     sun.shadow.radius = 3;
     sun.shadow.normalBias = 0.01 * size;
     const reach = 1.4 * size;
