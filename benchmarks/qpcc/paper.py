@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.qpcc.sequences import balance_i
+from benchmarks.qpcc.sequences import problems_of
 from warp_softbody.controllers import (
     ContactQPCC,
     SolverOptions,
@@ -33,7 +33,7 @@ class MethodComparison:
 
 def problems(count: int = 10) -> list[ContactQPCC]:
     """Problems of a pushed character in which four patches touch, spread over the run."""
-    run = [p for p in balance_i(3.0, 0.5) if p.contact_count >= CONTACTS]
+    run = [p for p in problems_of("balance-i", 3.0, {"push": 0.5}) if p.contact_count >= CONTACTS]
     chosen = np.linspace(0, len(run) - 1, min(count, len(run))).astype(int)
     return [_four(run[i]) for i in chosen]
 

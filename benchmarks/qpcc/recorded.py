@@ -8,16 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warp_softbody import scenes
+from benchmarks.qpcc.sequences import problems_of
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.compiled.contact_solver import CompiledSearch
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.perturbation_schedule import PerturbationSchedule
 from warp_softbody.controllers.qpcc import ContactQPCC, enumerate_qpcc
 from warp_softbody.controllers.qpcc.contact.complementarity_form import to_general
-from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.run.simulation import Simulation
-from warp_softbody.run.step_record import StepRecord
 
 MOTIONS = ("balance-i", "jump-i", "crawl-i", "walk-x")
 SECONDS = 3.0
@@ -70,23 +67,6 @@ class RecordedOutcome:
         return np.asarray((self.values - best) / np.maximum(np.abs(best), 1e-9))
 
 
-def problems(name: str, seconds: float = SECONDS) -> list[ContactQPCC]:
-    """The problems of the steps of a shipped motion."""
-    plan = scenes.make(name)
-    options = SimulationOptions(time_step=plan.time_step)
-    simulation = Simulation(plan.scene, plan.controller, options=options)
-    found: list[ContactQPCC] = []
-
-    def keep(step: StepRecord) -> None:
-        if step.decision is not None:
-            found.append(step.decision.problem)
-
-    simulation.observe(keep)
-    for _ in simulation.run(seconds):
-        pass
-    return found
-
-
 def follow(steps: list[ContactQPCC], options: ControlOptions) -> RecordedOutcome:
     """Solve the steps one after the other, each from what the one before it hands on."""
     search, rule = CompiledSearch(), PerturbationSchedule(options)
@@ -132,7 +112,7 @@ def print_recorded(every: int = 15, seconds: float = 5.0) -> None:
     """A table of all settings; branch and bound judges every so manieth step."""
     print(f"{'motion':12}{'setting':26}{'QPs':>7}{'ms':>7}{'at the best':>13}{'mean excess':>13}")
     for name in MOTIONS:
-        steps = problems(name)
+        steps = problems_of(name, SECONDS)
         follow(steps[:20], SHIPPED)
         found = {title: follow(steps, options) for title, options in SETTINGS.items()}
         best = np.min([outcome.values for outcome in found.values()], axis=0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,12 +58,13 @@ class SequenceOutcome:
     residual: float
 
 
-def balance_i(seconds: float, push: float) -> list[ContactQPCC]:
-    """The problems of a pushed ``balance-i``."""
-    plan = scenes.make("balance-i", {"push": push})
-    simulation = Simulation(
-        plan.scene, plan.controller, options=SimulationOptions(time_step=plan.time_step)
-    )
+def problems_of(
+    name: str, seconds: float, settings: Mapping[str, float] | None = None
+) -> list[ContactQPCC]:
+    """The problems of the steps of a shipped motion."""
+    plan = scenes.make(name, settings)
+    options = SimulationOptions(time_step=plan.time_step)
+    simulation = Simulation(plan.scene, plan.controller, options=options)
     found: list[ContactQPCC] = []
 
     def keep(step: StepRecord) -> None:
@@ -77,7 +79,7 @@ def balance_i(seconds: float, push: float) -> list[ContactQPCC]:
 
 def recorded(seconds: float = 3.0, push: float = 0.5) -> list[Step]:
     """A run's problems; patches keep their order, so their places name them."""
-    problems = balance_i(seconds, push)
+    problems = problems_of("balance-i", seconds, {"push": push})
     return [Step(problem, tuple(range(problem.contact_count))) for problem in problems]
 
 
