@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.bodies import box, muscular_bar
 from warp_softbody import (
+    Handle,
     HeightField,
     Material,
     MotionPath,
@@ -166,6 +167,27 @@ def test_controllers_made_for_a_body_come_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(ends[0], ends[1])
 
 
+def test_directions_come_back_to_the_last_bit(tmp_path: Path) -> None:
+    """A unit vector that is read is not divided by its length again."""
+    for number, normal in enumerate(np.random.default_rng(1).normal(size=(20, 3))):
+        scene = Scene(
+            character=Character(name="cube", mesh=box((1, 1, 1))),
+            ground=Plane(normal=tuple(normal)),
+            handles=(Handle(region="cube", path=MotionPath.spinning(30.0, tuple(normal))),),
+        )
+        plan = ScenePlan(
+            name="own",
+            description="turning",
+            scene=scene,
+            controller=None,
+            seconds=1.0,
+            time_step=0.01,
+            settings={},
+        )
+        scene_files.write(tmp_path / f"{number}.toml", plan)
+        assert scene_files.read(tmp_path / f"{number}.toml").plan.scene == scene
+
+
 def test_options_and_output(tmp_path: Path) -> None:
     text = (
         SMALL + "[options]\ntime_step = 0.005\ncone = '8'\n[output]\nfps = 100\nstage = 'a.usdc'\n"
@@ -228,6 +250,11 @@ def test_what_is_wrong_is_told_with_its_line(
         (SMALL + "fixed = 'top'\n", "6: character.fixed: character 'cube' has no region 'top'"),
         (SMALL + "fixed = {low=[9,9,9]}\n", "6: character.fixed: no node of the body"),
         (SMALL + "cells = 3\n", "no TOML: "),
+        (SMALL + "fixed = {low=[0.02]}\n", "6: character.fixed.low: low must be an array of num"),
+        (SMALL + "fixed = {high='a'}\n", "6: character.fixed.high: high must be an array of num"),
+        (SMALL + "fixed = {}\n", "6: character.fixed: a box needs 'low' or 'high'"),
+        (SMALL + "regions = {top=[]}\n", "6: character.regions.top: holds no nodes"),
+        (SMALL + "regions = {top=[99]}\n", "6: character.regions.top: .* but it holds 99"),
     ],
 )
 def test_shapes_of_tables_are_told(text: str, sentence: str, tmp_path: Path) -> None:

@@ -21,6 +21,9 @@ from warp_softbody.errors import InputError
 
 Kind = TypeVar("Kind")
 
+UNIT_ROUNDING = 1e-15
+"""By which the length of a vector that was divided by its length differs from one, at most."""
+
 LARGEST = 1e30
 """Size beyond which no number is taken: single precision ends at 3e38."""
 
@@ -208,6 +211,9 @@ def direction(label: str, value: object, size: int = 3) -> tuple[float, ...]:
     if largest == 0.0:
         refuse(label, "a vector that is not zero", value)
     length = math.sqrt(sum(part * part for part in parts))
+    if abs(length - 1.0) <= UNIT_ROUNDING:
+        # as it is, so that one that was made a unit vector here stays the same to the last bit
+        return tuple(parts)
     if 0.0 < length < math.inf and largest > 1e-100:
         return tuple(part / length for part in parts)
     scaled = [part / largest for part in parts]

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.body.material import Material
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+from warp_softbody.inputs import array_checks, input_kinds
 from warp_softbody.scene_files.beside import array_of_file
 from warp_softbody.scene_files.records import changed, record_of
 from warp_softbody.scene_files.shapes import character_of_shape, keys_of_shape
@@ -122,17 +124,28 @@ def _nodes(character: Character, table: Table, key: str) -> Any:
         with table.explained(key):
             return character.region(given)
     if not table.is_table(key):
-        return given
+        if given == ():
+            table.fail("holds no nodes; leave the key out", key)
+        with table.explained(key):
+            return input_kinds.node_set(f"nodes of {key!r}", given, len(character.mesh.points))
     box = table.table(key)
     box.only(("low", "high"))
+    if not len(list(box)):
+        box.fail("a box needs 'low' or 'high', three numbers of m each")
     points = character.mesh.points
-    low = box.take("low", (-np.inf,) * 3)
-    high = box.take("high", (np.inf,) * 3)
-    try:
-        inside = np.all((points >= np.array(low)) & (points <= np.array(high)), axis=1)
-    except (ValueError, TypeError):
-        box.fail("low and high must be three numbers of m each")
+    low, high = _corner(box, "low", -np.inf), _corner(box, "high", np.inf)
+    inside = np.all((points >= low) & (points <= high), axis=1)
     found = np.flatnonzero(inside)
     if not len(found):
         box.fail("no node of the body is in this box")
     return found
+
+
+def _corner(box: Table, key: str, open_end: float) -> FloatArray:
+    """A corner (3,) of a box, m; infinite where it is not given, or is said to be so."""
+    given = box.take(key, (open_end,) * 3)
+    with box.explained(key):
+        corner = array_checks.array(key, given, (3,), finite=False, unit="m")
+    if np.isnan(corner).any():
+        box.fail("must be three numbers of m", key)
+    return corner

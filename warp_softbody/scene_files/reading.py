@@ -21,7 +21,7 @@ from warp_softbody.scene_files.records import record_of
 from warp_softbody.scene_files.scene_file import RunOutput, SceneFile
 from warp_softbody.scene_files.tables import Table, read_tables
 from warp_softbody.scenes.plan import ScenePlan
-from warp_softbody.world.handles import Handle, nodes_named, nodes_of_handles
+from warp_softbody.world.handles import Handle, acted_on, nodes_of_handles, pushed_nodes
 from warp_softbody.world.scene import Scene
 
 EXTENSION = ".toml"
@@ -101,7 +101,7 @@ def _with_what_moves(scene: Scene, table: Table, moved: tuple[Handle, ...]) -> S
     acting = pushes_of(pushes)
     for push, each in zip(acting, pushes, strict=True):
         with each.explained():
-            whole.region(push.region)
+            pushed_nodes(push.region, whole)
     held = handles_of(handles)
     for number, each in enumerate(handles):
         with each.explained():
@@ -111,7 +111,7 @@ def _with_what_moves(scene: Scene, table: Table, moved: tuple[Handle, ...]) -> S
     for field, each in zip(everywhere, table.tables("fields"), strict=True):
         if field.region is not None:
             with each.explained("region"):
-                nodes_named(field.region, whole, parts)
+                acted_on(field.region, whole, parts)
     if not (acting or held or everywhere):
         return scene
     return replace(scene, pushes=acting, handles=held, fields=everywhere)

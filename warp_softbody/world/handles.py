@@ -40,15 +40,46 @@ def nodes_named(name: str, whole: Character, parts: Iterable[Part]) -> IntArray:
     """Nodes of a region of the joined bodies, or of the whole body of that name.
 
     Raises:
-        InputError: there is neither.
+        InputError: there is neither, or both of that name and not of the same nodes.
     """
-    if name in whole.regions:
-        return whole.regions[name]
     bodies = {part.name: part.nodes for part in parts}
+    region = whole.regions.get(name)
     if name in bodies:
-        return np.arange(bodies[name].start, bodies[name].stop, dtype=np.int32)
+        body = np.arange(bodies[name].start, bodies[name].stop, dtype=np.int32)
+        if region is not None and not np.array_equal(region, body):
+            raise InputError(
+                f"{name!r} is the name of a body and of a region of other nodes; give one of them "
+                "another name"
+            )
+        return body
+    if region is not None:
+        return region
     known = ", ".join([*sorted(whole.regions), *bodies])
     raise InputError(f"no region or body of the scene is named {name!r}; it has: {known}")
+
+
+def acted_on(name: str, whole: Character, parts: Iterable[Part]) -> IntArray:
+    """Nodes (k,) of a region or a body by its name, on which something acts.
+
+    Raises:
+        InputError: there is none of that name, or it has no nodes.
+    """
+    return _some(name, nodes_named(name, whole, parts))
+
+
+def pushed_nodes(name: str, whole: Character) -> IntArray:
+    """Nodes (k,) of a region of the joined bodies, which may be pushed.
+
+    Raises:
+        InputError: there is none of that name, or it has no nodes.
+    """
+    return _some(name, whole.region(name))
+
+
+def _some(name: str, nodes: IntArray) -> IntArray:
+    if not len(nodes):
+        raise InputError(f"the region {name!r} has no nodes, so nothing can act on it")
+    return nodes
 
 
 def nodes_of_handles(

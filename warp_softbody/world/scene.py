@@ -14,7 +14,7 @@ from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import FrozenValue
 from warp_softbody.world.force_fields import ForceField
 from warp_softbody.world.ground import Ground, checked_ground
-from warp_softbody.world.handles import Handle, nodes_named, nodes_of_handles
+from warp_softbody.world.handles import Handle, acted_on, nodes_of_handles, pushed_nodes
 from warp_softbody.world.joined_bodies import Body, Part, Vector, checked_pose, join, parts_of
 
 STANDARD_GRAVITY = 9.81
@@ -105,10 +105,10 @@ class Scene(FrozenValue):
         )
         input_kinds.distinct("bodies of the scene", (body.name for body in self.characters))
         for push in self.pushes:
-            self.whole.region(push.region)
+            pushed_nodes(push.region, self.whole)
         for field in self.fields:
             if field.region is not None:
-                nodes_named(field.region, self.whole, self.parts)
+                acted_on(field.region, self.whole, self.parts)
         # asked for once, so that a wrong region is told of here
         _ = self.handle_nodes
 

@@ -20,6 +20,10 @@ from warp_softbody.world.ground import Vector, measurable
 
 IntArray = npt.NDArray[np.int32]
 
+DOWNWARD = -0.1
+"""Area seen from above, over that of all triangles, below which a ground is upside down: closed
+surfaces have none, tunnels little."""
+
 
 class FeatureNormals(NamedTuple):
     """Outward unit normals: of faces (f, 3), of the edge opposite each corner (f, 3, 3), (v, 3)."""
@@ -65,9 +69,20 @@ class TriangleGround(FrozenValue):
         flat = np.flatnonzero(np.linalg.norm(_crossed(vertices, faces), axis=1) == 0.0)
         if len(flat):
             raise InputError(f"triangle {flat[0]} of the ground has no area")
+        self._refuse_upside_down(_crossed(vertices, faces))
         for array, name in ((vertices, "vertices"), (faces, "faces")):
             array.setflags(write=False)
             checks.keep(self, **{name: array})
+
+    def _refuse_upside_down(self, crossed: FloatArray) -> None:
+        """Refuse a surface whose outside is below: bodies would fall through it without a word."""
+        seen, area = float((crossed @ self.normal).sum()), np.linalg.norm(crossed, axis=1).sum()
+        if seen < DOWNWARD * area:
+            raise InputError(
+                "TriangleGround.faces run clockwise seen from where TriangleGround.normal points, "
+                "so the ground's outside is below it; name the corners of each triangle in the "
+                "other order (faces[:, ::-1])"
+            )
 
     @cached_property
     def features(self) -> FeatureNormals:
