@@ -43,12 +43,8 @@ def turned(take: Take, axis: int) -> FloatArray:
 
 
 def turned_in_air(take: Take) -> float:
-    """Degrees about the vertical from the first frame in the air to the last, either way."""
-    frames = np.flatnonzero(airborne(take))
-    if not len(frames):
-        return 0.0
-    yaw = turned(take, 2)
-    return float(abs(yaw[frames[-1]] - yaw[frames[0]]))
+    """Degrees about the vertical in the air, either way."""
+    return abs(body_motion.turned_in_air(take.tet_points[:, :, 2].min(axis=1), turned(take, 2)))
 
 
 def rolled_back(take: Take) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from warp_softbody import scenes
+from warp_softbody.accuracy.cases import body_motion
 from warp_softbody.accuracy.cases.case import ChartCase
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 from warp_softbody.accuracy.cases.letter_rows import LETTERS
@@ -102,17 +103,37 @@ def test_heights_of_belly_and_feet() -> None:
     assert value("swing_height", track("walk-x", turns, 0.025 * ways)) == 0.0
 
 
-def test_turns_and_heights_in_the_air() -> None:
-    """On the floor for ten frames, then up and down while it turns by 40 degrees."""
+@pytest.mark.parametrize("left", [0.31, 0.325, 1.0 / 3.0])
+def test_turn_in_the_air(left: float) -> None:
+    """A body that turns by 200 degrees a second leaves and lands between frames."""
+    speed, gravity = 1.4, 9.81
+    since = np.maximum(TIMES - left, 0.0)
+    height = np.maximum(speed * since - 0.5 * gravity * since**2, 0.0)
+    ways = height[:, None] * [0.0, 0.0, 1.0]
+    jumping = track("jump-t", about(2, 200.0 * TIMES), ways)
+    # as long as it is more than 1 mm up
+    seconds = 2.0 * np.sqrt(speed**2 - 2.0 * gravity * 1e-3) / gravity
+    assert value("turned_in_air", jumping) == pytest.approx(200.0 * seconds, rel=1e-4)
+
+
+def test_heights_in_the_air() -> None:
+    """On the floor for ten frames, then up and down."""
     height = np.concatenate([np.zeros(10), 0.3 * np.sin(np.linspace(0.0, np.pi, 21)), np.zeros(9)])
-    angle = np.interp(np.arange(40), [0, 11, 29, 39], [0.0, 10.0, 50.0, 60.0])
     ways = np.stack([np.zeros(40), np.zeros(40), height], axis=1)
-    jumping = track("jump-t", about(2, angle), ways)
-    assert value("turned_in_air", jumping) == pytest.approx(40.0)
+    jumping = track("jump-t", about(2, np.zeros(40)), ways)
     # 0.3 m times pi over 20 frames, by the difference over two of them
     rate = 0.3 * np.sin(np.pi / 10.0) / 2.0 * 30.0
     assert value("take_off_speed", jumping) == pytest.approx(rate)
     assert value("take_off_speed", track("jump-t", *still())) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_short_hop_turns_by_what_its_frames_tell() -> None:
+    """Of two frames in the air, and of one that ends there, no parabola is known."""
+    lowest, angle = np.array([0.0, 0.101, 0.101, 0.0]), np.array([0.0, 10.0, 20.0, 30.0])
+    beyond = 10.0 * (1.0 - 1e-3 / 0.101)
+    assert body_motion.turned_in_air(lowest, angle) == pytest.approx(10.0 + 2.0 * beyond)
+    assert body_motion.turned_in_air(lowest[:3], angle[:3]) == pytest.approx(10.0 + beyond)
+    assert body_motion.turned_in_air(lowest[1:3], angle[1:3]) == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize("case", LETTERS, ids=lambda case: case.scene)

@@ -99,7 +99,7 @@ LETTERS = (
         scene="jump-t",
         seconds=2.2,
         functionals=("turned_in_air", "take_off_speed", "last_tilt", *SOUND),
-        **LETTER,
+        **HALVED,
     ),
     ChartCase(scene="roll-o", seconds=10.0, functionals=("rolled", "gone", *SOUND), **ROLLING),
     ChartCase(

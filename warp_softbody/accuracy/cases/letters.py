@@ -108,10 +108,8 @@ def _mean_top(heights: list[FloatArray], clear: float) -> float:
 
 
 def turned_in_air(track: Track) -> float:
-    """Degrees about the vertical from the first frame in the air to the last."""
-    frames = np.flatnonzero(track.points[:, :, 2].min(axis=1) > body_motion.CLEAR)
-    turn = _turned(track, 2)
-    return float(turn[frames[-1]] - turn[frames[0]]) if len(frames) else 0.0
+    """Degrees about the vertical in the air."""
+    return body_motion.turned_in_air(track.points[:, :, 2].min(axis=1), _turned(track, 2))
 
 
 def take_off_speed(track: Track) -> float:
