@@ -76,7 +76,8 @@ class Controller(Protocol):
     """One method; a user's own controller needs no base class.
 
     Those of `controllers.motions` keep phases, heights and units of the body that they see first:
-    an instance is for one run.
+    an instance is for one run. Where an attribute ``keeps_upright`` is true, a run in which its
+    body falls ends as doubtful.
     """
 
     def goals(self, view: BodyView) -> Goals | None:

@@ -63,6 +63,9 @@ class Balance:
     required_regions = ("base", "head")
     """Regions that `for_` needs of a character."""
 
+    keeps_upright = True
+    """A run in which the body falls is said to be doubtful."""
+
     def __init__(
         self,
         gains: BalanceGains | None = None,

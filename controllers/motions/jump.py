@@ -47,6 +47,9 @@ class Jump:
     required_regions = ("base",)
     """Regions that `for_` needs of a character."""
 
+    keeps_upright = True
+    """A run in which the body falls is said to be doubtful."""
+
     def __init__(
         self,
         gains: JumpGains | None = None,

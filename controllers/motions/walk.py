@@ -108,6 +108,9 @@ class Walk:
     required_regions = ("base",)
     """Regions that `for_` needs of a character, beside feet or quadrants of the base."""
 
+    keeps_upright = True
+    """A run in which the body falls is said to be doubtful."""
+
     def __init__(
         self,
         gains: WalkGains | None = None,

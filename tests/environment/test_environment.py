@@ -145,3 +145,41 @@ def test_wrong_actions_are_told() -> None:
         environment.step(np.zeros(1, np.float32))
     with pytest.raises(InputError, match="needs muscles"):
         Environment(replace(SCENE, character=replace(LETTER, muscles=())))
+
+
+def test_no_step_before_a_reset_or_after_a_close() -> None:
+    one, many = Environment(SCENE), VectorEnvironment(SCENE, 1)
+    for environment, action in ((one, actions(1)[0]), (many, actions(1))):
+        with pytest.raises(InputError, match="needs a reset first"):
+            environment.step(action)
+        environment.reset(seed=0)
+        environment.step(action)
+        environment.close()
+        with pytest.raises(InputError, match="needs a reset first"):
+            environment.step(action)
+
+
+def test_an_episode_of_another_environment_is_refused() -> None:
+    kept = Environment(SCENE).save()
+    icy = replace(SCENE, ground=Plane(friction=0.1))
+    for other, told in (
+        (Environment(icy), "of the same scene alone"),
+        (Environment(SCENE, steps=2), "actions held for 4 steps"),
+        (Environment(SCENE, muscles="segments"), "of other muscles"),
+        (Environment(SCENE, time_step=1 / 120), "time steps of 0.0166667 s"),
+    ):
+        with pytest.raises(InputError, match=told):
+            other.restore(kept)
+
+
+@pytest.mark.parametrize("given", [float("nan"), "x", None])
+def test_a_reward_is_a_finite_number(given: object) -> None:
+    environment = Environment(SCENE, reward=lambda before, after: given)  # type: ignore[arg-type, return-value]
+    environment.reset(seed=0)
+    with pytest.raises(InputError, match="what the reward of an Environment returns"):
+        environment.step(actions(1)[0])
+
+
+def test_as_many_seeds_as_environments() -> None:
+    with pytest.raises(InputError, match="must be one number or 2 of them, not 1"):
+        VectorEnvironment(SCENE, 2).reset(seed=[1])

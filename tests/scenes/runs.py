@@ -17,13 +17,17 @@ Shipped = Callable[[str], RecordedMotion]
 """Makes the motion of a scene as it is shipped."""
 
 
-def run(scene: str, folder: Path, *options: str, volume: float = 0.05) -> RecordedMotion:
+def run(
+    scene: str, folder: Path, *options: str, volume: float = 0.05, code: int = 0
+) -> RecordedMotion:
     """A run's motion; its stage is valid and finite, without inverted or sunken tets.
 
-    The volume of the body may change by the share given; the paper's by 0.15.
+    The volume of the body may change by the share given; the paper's by 0.15. The command ends with
+    an exit code.
     """
     stage = folder / f"{scene}.usdc"
-    assert main(["run", scene, "--out", str(stage), "--fps", "60", "--quiet", *options]) == 0
+    line = ["run", scene, "--out", str(stage), "--fps", "60", "--quiet", *options]
+    assert main(line) == code
     assert validate(stage) == []
     motion = RecordedMotion.read(stage, scenes.make(scene).scene.character)
     measures = motion.measures

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.scenes.runs import missed, run
+from warp_softbody.cli.run_command import DOUBTFUL
 
 
 def test_it_stands_for_six_seconds(tmp_path: Path) -> None:
@@ -46,7 +47,8 @@ def test_a_plan_with_contacts_that_hold_still_falls(push: float, tmp_path: Path)
     """Under the push of the scene too, after which the QPCC stands."""
     asked = ["--set", f"push={push}"]
     assert missed("balance-i", run("balance-i", tmp_path, *asked)) == []
-    measures = run("balance-i", tmp_path, *asked, "--controller", "static").measures
+    static = run("balance-i", tmp_path, *asked, "--controller", "static", code=DOUBTFUL)
+    measures = static.measures
     # a body 1 m high
     assert measures.centre_of_mass[-1, 2] < 0.5
     assert measures.tilt[-1] > 45.0

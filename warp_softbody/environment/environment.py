@@ -18,6 +18,7 @@ from warp_softbody.environment.episode import (
     Reward,
     SavedEpisode,
     progress,
+    require_begun,
 )
 from warp_softbody.environment.senses import LARGEST
 from warp_softbody.errors import InputError, NotFiniteError
@@ -77,6 +78,7 @@ class Environment(gymnasium.Env[Observation, Action]):
         """
         episode = made_episode(scene, reward, ends, seconds, time_step, steps, muscles, options)
         self._steps = steps
+        self._begun = False
         self._start_speed = checks.number(
             "start_speed of an Environment", start_speed, low=0.0, unit="m/s"
         )
@@ -97,6 +99,7 @@ class Environment(gymnasium.Env[Observation, Action]):
         """Start an episode; the same seed gives the same bits."""
         super().reset(seed=seed)
         seen = self._episode.begin(self.np_random, self._start_speed)
+        self._begun = True
         self._show()
         return seen, self._info()
 
@@ -106,8 +109,10 @@ class Environment(gymnasium.Env[Observation, Action]):
         A body that numbers fail on ends its episode without a reward.
 
         Raises:
-            InputError: the action is none, or the scene cannot go on.
+            InputError: nothing has been reset or restored since the environment was made or closed,
+                the action is none, the reward is no finite number, or the scene cannot go on.
         """
+        require_begun(self._begun, "an Environment")
         self._episode.act(action)
         failed = False
         try:
@@ -119,18 +124,41 @@ class Environment(gymnasium.Env[Observation, Action]):
             self._show()
         return (*self._episode.outcome(failed=failed), self._info())
 
+    def close(self) -> None:
+        """End the episode; a `reset` starts another one."""
+        self._begun = False
+        super().close()
+
     def save(self) -> SavedEpisode:
         """Where the episode is, from which `restore` goes on to the last bit."""
         return SavedEpisode(
             motion=self.simulation.save(),
+            steps=self._steps,
+            muscles=self._episode.senses.muscles,
             taken=self._episode.taken,
             random=copy.deepcopy(dict(self.np_random.bit_generator.state)),
         )
 
     def restore(self, saved: SavedEpisode) -> Observation:
-        """Go on from where the episode was; what is observed there."""
+        """Go on from where the episode was; what is observed there.
+
+        Raises:
+            InputError: it is of another scene, or of other actions.
+        """
         saved = checks.instance("saved of Environment.restore", saved, SavedEpisode)
+        if saved.steps != self._steps:
+            raise InputError(
+                f"an episode of actions held for {saved.steps} steps cannot be restored by an "
+                f"Environment with steps={self._steps}"
+            )
+        if not np.array_equal(saved.muscles, self._episode.senses.muscles):
+            raise InputError(
+                "an episode cannot be restored by an Environment of other muscles: it was "
+                f"{int(saved.muscles[-1]) + 1} of them that acted, here it is "
+                f"{int(self._episode.senses.muscles[-1]) + 1}"
+            )
         self.simulation.restore(saved.motion)
+        self._begun = True
         self._episode.taken = saved.taken
         self.np_random.bit_generator.state = copy.deepcopy(saved.random)
         return self._episode.look()

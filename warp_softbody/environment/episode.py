@@ -12,7 +12,7 @@ import numpy.typing as npt
 from warp_softbody.controllers.body_units import BodyUnits
 from warp_softbody.environment.senses import Senses
 from warp_softbody.errors import InputError
-from warp_softbody.inputs import array_checks
+from warp_softbody.inputs import array_checks, checks
 from warp_softbody.run.saved_motion import SavedMotion
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.world.view import BodyView
@@ -37,11 +37,15 @@ class SavedEpisode:
 
     Attributes:
         motion: of the body.
+        steps: time steps that an action is held for.
+        muscles: (segments,) which muscle each segment belongs to.
         taken: actions since the reset.
         random: state of the random numbers.
     """
 
     motion: SavedMotion
+    steps: int
+    muscles: npt.NDArray[np.intp]
     taken: int
     random: dict[str, Any]
 
@@ -101,6 +105,22 @@ class Episode:
         if failed:
             return self.senses.observe(before), 0.0, True, False
         seen = self.look()
-        reward = float(self._reward(before, self._view))
+        reward = _checked(self._reward(before, self._view))
         ended = self._ends is not None and bool(self._ends(self._view))
         return seen, reward, ended, not ended and self.taken >= self._actions
+
+
+def _checked(reward: object) -> float:
+    """A finite reward; truth values count as 0 and 1."""
+    given = float(reward) if isinstance(reward, bool | np.bool_) else reward
+    return checks.number("what the reward of an Environment returns", given)
+
+
+def require_begun(begun: bool, of: str) -> None:
+    """Refuse a step before there is an episode.
+
+    Raises:
+        InputError: nothing has begun; ``of`` names the environment.
+    """
+    if not begun:
+        raise InputError(f"step of {of} needs a reset first: no episode has begun, or it is closed")

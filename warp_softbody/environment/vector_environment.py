@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.environment.environment import Muscles, made_episode, spaces_of
-from warp_softbody.environment.episode import Ends, Observation, Reward
+from warp_softbody.environment.episode import Ends, Observation, Reward, require_begun
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.run.batch import Batch
@@ -93,6 +93,7 @@ class VectorEnvironment(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDAr
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._random = [np.random.default_rng(index) for index in range(self.num_envs)]
         self._over = np.zeros(self.num_envs, dtype=bool)
+        self._begun = False
 
     def reset(
         self,
@@ -100,20 +101,29 @@ class VectorEnvironment(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDAr
         seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start all episodes; environment i has the random numbers of seed + i."""
-        if isinstance(seed, int):
-            seed = [seed + index for index in range(self.num_envs)]
-        for index, own in enumerate(seed or []):
+        """Start all episodes; environment i has the random numbers of seed + i.
+
+        Raises:
+            InputError: there is another number of seeds than of environments.
+        """
+        for index, own in enumerate(self._seeds(seed)):
             if own is not None:
                 self._random[index] = gymnasium.utils.seeding.np_random(own)[0]
         self._over[:] = False
+        self._begun = True
         seen = [self._begin(index) for index in range(self.num_envs)]
         return np.stack(seen), self._info()
 
     def step(
         self, actions: npt.ArrayLike
     ) -> tuple[Observation, Numbers, Truths, Truths, dict[str, Any]]:
-        """Hold an action (count, muscles) for some time steps."""
+        """Hold an action (count, muscles) for some time steps.
+
+        Raises:
+            InputError: nothing has been reset since the environments were made or closed, an action
+                is none, or a reward is no finite number.
+        """
+        require_begun(self._begun, "a VectorEnvironment")
         given = np.asarray(actions)
         if given.shape != self.action_space.shape:
             raise InputError(
@@ -138,6 +148,23 @@ class VectorEnvironment(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDAr
             seen[index], rewards[index], terminated[index], truncated[index] = outcome
         self._over = terminated | truncated
         return seen, rewards, terminated, truncated, self._info()
+
+    def _seeds(self, given: int | list[int | None] | None) -> list[int | None]:
+        """Of each environment."""
+        if given is None:
+            return [None] * self.num_envs
+        if isinstance(given, int | np.integer):
+            return [int(given) + index for index in range(self.num_envs)]
+        if len(given) != self.num_envs:
+            raise InputError(
+                f"seed of a VectorEnvironment must be one number or {self.num_envs} of them, "
+                f"not {len(given)}"
+            )
+        return list(given)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End all episodes."""
+        self._begun = False
 
     def _begin(self, index: int) -> Observation:
         self.batch.revive(index)

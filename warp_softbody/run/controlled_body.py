@@ -29,6 +29,8 @@ class ControlledBody:
 
     Attributes:
         segments: of all muscles, those that it decides on.
+        name: of the body.
+        keeps_upright: whether its controller says that it is to keep the body upright.
     """
 
     def __init__(
@@ -41,6 +43,8 @@ class ControlledBody:
         """Control the body of a name; None for the character, beside which none is controlled."""
         scene = stepper.model.scene
         self._part = None if name is None else part_named(scene, name)
+        self.name = scene.parts[0].name if name is None else name
+        self.keeps_upright = bool(getattr(controller, "keeps_upright", False))
         self.segments = slice(None) if self._part is None else self._part.segments
         self._alone = None if name is None else _alone(scene, name)
         self._workroom: dict[Any, Any] | None = {} if stepper.model.options.native_code else None

@@ -14,6 +14,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.engine.state import Contacts, Control, State
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
+from warp_softbody.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -21,6 +22,8 @@ class SavedMotion:
     """What `Simulation.save` returns and `Simulation.restore` takes, of one model.
 
     Attributes:
+        scene: that moves.
+        time_step: s, of the steps.
         steps: taken so far.
         arrays: all that changes from step to step, in a fixed order.
         rest_lengths: (s,) m, of the muscles.
@@ -31,6 +34,8 @@ class SavedMotion:
         age: of what the preconditioner keeps.
     """
 
+    scene: Scene
+    time_step: float
     steps: int
     arrays: tuple[npt.NDArray[Any], ...]
     rest_lengths: FloatArray
@@ -39,6 +44,21 @@ class SavedMotion:
     acting: bool
     aside: tuple[FloatArray, ...]
     age: float
+
+
+def require_same_scene(saved: SavedMotion, scene: Scene, time_step: float) -> None:
+    """Refuse a motion of anything else than a scene, in steps of a length, s.
+
+    Raises:
+        InputError: it is of another scene, or in other time steps.
+    """
+    if saved.time_step != time_step:
+        raise InputError(
+            f"a SavedMotion in time steps of {saved.time_step:g} s cannot be restored by a "
+            f"simulation in steps of {time_step:g} s"
+        )
+    if saved.scene is not scene and saved.scene != scene:
+        raise InputError("a SavedMotion can be restored by a simulation of the same scene alone")
 
 
 def arrays_of(

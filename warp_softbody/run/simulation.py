@@ -31,13 +31,20 @@ from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.run.applied_forces import AppliedForce, applied_force
 from warp_softbody.run.continuation import copy_motion, require_same_bodies
 from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
+from warp_softbody.run.falls import Falls
 from warp_softbody.run.goal_report import GoalReport, goal_report
 from warp_softbody.run.handle_motion import HandleMotion
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
 from warp_softbody.run.run_summary import WHOLE, RunSummary
-from warp_softbody.run.saved_motion import SavedMotion, arrays_of, copied, write_back
+from warp_softbody.run.saved_motion import (
+    SavedMotion,
+    arrays_of,
+    copied,
+    require_same_scene,
+    write_back,
+)
 from warp_softbody.run.sleep import Sleep
 from warp_softbody.run.step_log import StepLog
 from warp_softbody.run.step_record import StepObserver, StepRecord
@@ -154,6 +161,8 @@ class Simulation:
         self._status = "complete"
         if after is not None:
             self._go_on_after(checks.instance("after of a Simulation", after, Simulation))
+        upright = [body.name for body in self._controlled if body.keeps_upright]
+        self._falls = Falls(self.model, upright, self._state.positions.numpy())
         self._log.setup = time.perf_counter() - begun
 
     def _go_on_after(self, other: Simulation) -> None:
@@ -249,6 +258,8 @@ class Simulation:
             )
         preconditioner = self.stepper.contact.preconditioner
         return SavedMotion(
+            scene=self.model.scene,
+            time_step=self.model.options.time_step,
             steps=self._steps,
             arrays=copied(self._changing()),
             rest_lengths=self._rest_lengths.copy(),
@@ -264,9 +275,10 @@ class Simulation:
         """Go on from a motion that `save` has kept, of this scene or a copy of it.
 
         Raises:
-            InputError: it is of another scene.
+            InputError: it is of another scene, or in other time steps.
         """
         saved = checks.instance("saved of Simulation.restore", saved, SavedMotion)
+        require_same_scene(saved, self.model.scene, self.model.options.time_step)
         write_back(self._changing(), saved.arrays)
         self._steps, self._driven = saved.steps, saved.driven
         self._rest_lengths = saved.rest_lengths.copy()
@@ -456,6 +468,7 @@ class Simulation:
         positions = self._state.positions.numpy().astype(np.float64)
         measured = (self.stepper.account(), self._gauge.read(), positions)
         findings = self._account.findings(*measured)
+        findings = replace(findings, doubts=(*findings.doubts, *self._falls.doubts(positions)))
         return self._log.summary(
             self.model,
             findings,

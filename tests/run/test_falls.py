@@ -1,0 +1,53 @@
+"""A body that its controller was to keep upright, and that lies at the end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from warp_softbody import Plane, Scene, Simulation, characters, controllers
+from warp_softbody.run.falls import tilt
+from warp_softbody.world.view import BodyView
+
+LETTER = characters.letter_i(coarse=1)
+SCENE = Scene(character=LETTER, ground=Plane())
+
+
+class Rolling:
+    """A controller that may turn its body over."""
+
+    def goals(self, view: BodyView) -> None:
+        """Leave the muscles slack."""
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.5, 3.0])
+def test_the_tilt_is_that_of_the_rotation(angle: float) -> None:
+    """A turn about z, then one about a horizontal axis; the body is swollen and elsewhere."""
+    random = np.random.default_rng(3)
+    rest, masses = random.normal(size=(30, 3)), random.uniform(1.0, 2.0, 30)
+    turned = Rotation.from_rotvec(angle * np.array([0.6, 0.8, 0.0])) * Rotation.from_rotvec(
+        [0.0, 0.0, 2.0]
+    )
+    now = 1.1 * turned.apply(rest) + [3.0, -1.0, 2.0]
+    assert tilt(rest, now, masses) == pytest.approx(angle, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("controller", "angle", "fallen"),
+    [
+        (controllers.Balance(), 80.0, True),
+        (controllers.Balance(), 40.0, False),
+        (Rolling(), 80.0, False),
+        (None, 80.0, False),
+    ],
+)
+def test_a_fall_is_a_doubt(
+    controller: controllers.Controller | None, angle: float, fallen: bool
+) -> None:
+    simulation = Simulation(SCENE, controller)
+    lying = Rotation.from_euler("x", angle, degrees=True).apply(np.array(LETTER.mesh.points))
+    simulation.state.positions.assign(lying - [0.0, 0.0, lying[:, 2].min()])
+    summary = simulation.summary()
+    assert any("fell: it stood at the start" in each for each in summary.findings.doubts) == fallen
+    assert summary.status == ("doubtful" if fallen else "complete")
