@@ -37,6 +37,7 @@ MISTAKES = {
     "run balance-i --out /proc/i.usdc": "cannot write in the folder '/proc'",
     "run balance-i --out i.usdc --picture i.jpg": "must end in one of .png",
     "run balance-i --out i.usdc --movie i.avi": "must end in one of .gif, .mp4",
+    "run balance-i --movie z.gif --plots ./z.gif": "--plots and --movie are both 'z.gif'",
     "run balance-i --picture .": "must end in one of .png",
     "run body.obj": "body.obj is a shape and no scene; `warp-softbody character body.obj -o",
     "run absent.char": "absent.char: there is no such file",

@@ -115,7 +115,7 @@ def test_grounds(tmp_path: Path) -> None:
 def test_handles_take_short_paths(tmp_path: Path) -> None:
     text = (
         SMALL + "[[handles]]\nregion = 'cube'\npath = { velocity = [1, 0, 0] }\n"
-        "[[bodies]]\nname = 'b'\nshape = 'ball'\nradius = 0.1\n"
+        "[[bodies]]\nname = 'b'\nshape = 'ball'\nradius = 0.1\ncenter = [1, 0, 0.1]\n"
         "[[handles]]\nregion = 'b'\npath = { rate = 90, axis = [1, 0, 0] }\n"
     )
     one, other = written(tmp_path, text).plan.scene.handles

@@ -12,7 +12,7 @@ from warp_softbody.cli.option_flags import add_option_flags
 from warp_softbody.cli.output import complain, say
 from warp_softbody.cli.progress import ProgressBar
 from warp_softbody.cli.run_plan import RunPlan, plan_run
-from warp_softbody.cli.scene_file_runs import take_output
+from warp_softbody.cli.scene_file_runs import refuse_one_name_twice, take_output
 from warp_softbody.cli.tune_command import share
 from warp_softbody.controllers.control_options import METHODS, ControlOptions
 from warp_softbody.engine.options import SimulationOptions
@@ -161,6 +161,7 @@ def _files(args: argparse.Namespace, plan: RunPlan) -> RunFiles:
     with held_back():
         from warp_softbody.cli.run_files import RunFiles
 
+    refuse_one_name_twice(args)
     if args.plots is not None:
         from warp_softbody.run.plots import check_plots
 

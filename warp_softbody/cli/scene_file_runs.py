@@ -49,3 +49,20 @@ def take_output(args: argparse.Namespace) -> None:
                 setattr(args, name, getattr(output, name))
     args.fps = FPS if args.fps is None else args.fps
     args.camera = CAMERA if args.camera is None else args.camera
+
+
+def refuse_one_name_twice(args: argparse.Namespace) -> None:
+    """Refuse two files of a run in one place: the second would be refused after the simulation.
+
+    Raises:
+        InputError: with both flags.
+    """
+    taken: dict[Path, str] = {}
+    for name in ("out", "picture", "movie", "plots", "html"):
+        given = getattr(args, name)
+        if given is None:
+            continue
+        place = Path(given).expanduser().resolve()
+        if place in taken:
+            raise InputError(f"--{name} and --{taken[place]} are both {str(given)!r}")
+        taken[place] = name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,11 @@ def _heights(path: Path) -> FloatArray:
     try:
         if path.suffix.lower() == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
-        return np.loadtxt(path, delimiter="," if path.suffix.lower() == ".csv" else None, ndmin=2)
+        delimiter = "," if path.suffix.lower() == ".csv" else None
+        with warnings.catch_warnings():
+            # an empty file is told of below
+            warnings.simplefilter("ignore", UserWarning)
+            return np.loadtxt(path, delimiter=delimiter, ndmin=2, encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise InputError(f"file {path}: there is no such file") from error
     except (OSError, ValueError, EOFError) as error:

@@ -15,7 +15,19 @@ from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes.plan import ScenePlan
 
-FILES = ("stage", "movie", "picture", "plots", "html")
+ENDINGS = {
+    "stage": (".usdc", ".usda", ".usd", ".usdz"),
+    "movie": (".gif", ".mp4"),
+    "picture": (".png",),
+    "plots": (),
+    "html": (".html",),
+}
+"""Of the files that a run can write; none of a folder. They are those of `stage_exports`, which is
+not loaded to read a file."""
+
+FILES = tuple(ENDINGS)
+SIDES = {"low": 16, "high": 8192}
+"""Pixels of a picture's sides, as `stage_exports` draws them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +51,8 @@ class RunOutput:
     size: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse paths that lead away from the scene file's folder."""
+        """Refuse paths that lead out of the file's folder, and files that no run writes."""
+        taken: dict[Path, str] = {}
         for name in FILES:
             given = getattr(self, name)
             if given is None:
@@ -52,6 +65,14 @@ class RunOutput:
                     f"RunOutput.{name} must stay in the folder of the scene file, "
                     f"but {given!r} leads out of it"
                 )
+            endings = ENDINGS[name]
+            if endings and path.suffix.lower() not in endings:
+                checks.refuse(f"RunOutput.{name}", f"a name in {' or '.join(endings)}", given)
+            if path in taken:
+                raise InputError(
+                    f"RunOutput.{name} and RunOutput.{taken[path]} have the same name {given!r}"
+                )
+            taken[path] = name
         checks.keep(self, fps=checks.number("RunOutput.fps", self.fps, low=0.1, high=1e4))
         if isinstance(self.camera, str):
             checks.choice("RunOutput.camera", self.camera, ("follow", "still"))
@@ -59,8 +80,10 @@ class RunOutput:
             checks.keep(self, camera=checks.vector("RunOutput.camera", self.camera, unit="m"))
         if self.size is not None:
             sides = checks.vector("RunOutput.size", self.size, 2)
-            size = tuple(checks.whole("RunOutput.size", side, low=1) for side in sides)
+            size = tuple(checks.whole("RunOutput.size", side, **SIDES) for side in sides)
             checks.keep(self, size=size)
+            if self.movie and self.movie.lower().endswith(".mp4") and any(s % 2 for s in size):
+                raise InputError(f"RunOutput.size of an .mp4 must be even numbers, not {size}")
 
 
 @dataclass(frozen=True, kw_only=True)

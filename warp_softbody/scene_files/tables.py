@@ -164,7 +164,8 @@ def read_tables(path: Path) -> Table:
     try:
         if path.stat().st_size > MOST_BYTES:
             raise InputError(f"{path}: it is larger than {MOST_BYTES} bytes")
-        text = path.read_text(encoding="utf-8")
+        # with or without a mark of the byte order
+        text = path.read_text(encoding="utf-8-sig")
         values = tomllib.loads(text)
     except FileNotFoundError as error:
         raise InputError(f"{path}: there is no such file") from error
