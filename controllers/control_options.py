@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from warp_softbody.controllers.qpcc.result import OTHERS
+from warp_softbody.controllers.qpcc.next_minima import OTHERS
 from warp_softbody.inputs.option_fields import check_options, described, option
 from warp_softbody.inputs.option_kinds import ChoiceKind, NumberKind, WholeKind
 

@@ -79,9 +79,6 @@ class SolverOptions:
         checks.truth("SolverOptions.kick_held", self.kick_held)
 
 
-OTHERS = 3
-"""Minima beside the best one that a solve of the contact form hands on to the next."""
-
 WARM_OPTIONS = SolverOptions(patience=1, reach=1.0)
 """The default of a solve with a start: mostly one kick that fails. Patience of 3 without a limit of
 reach costs twice as much and gains a tenth of a percent (docs/qpcc.md)."""

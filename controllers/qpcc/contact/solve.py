@@ -20,8 +20,8 @@ from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT
 from warp_softbody.controllers.qpcc.contact.problem import ContactQPCC
 from warp_softbody.controllers.qpcc.contact.warm_start import static_modes, warm_minima
+from warp_softbody.controllers.qpcc.next_minima import OTHERS
 from warp_softbody.controllers.qpcc.result import (
-    OTHERS,
     ContactMultipliers,
     QPCCResult,
     QPCCStatus,

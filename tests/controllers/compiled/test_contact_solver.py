@@ -21,7 +21,8 @@ from warp_softbody.controllers.qpcc.contact import (
 )
 from warp_softbody.controllers.qpcc.contact import mode_table as modes_of
 from warp_softbody.controllers.qpcc.contact.mode_table import mode_table
-from warp_softbody.controllers.qpcc.result import OTHERS, QPCCResult
+from warp_softbody.controllers.qpcc.next_minima import OTHERS
+from warp_softbody.controllers.qpcc.result import QPCCResult
 from warp_softbody.kernels.control.contact_search import LIMITS
 from warp_softbody.kernels.control.search_layout import MOST_OTHERS
 from warp_softbody.run.simulation import Simulation

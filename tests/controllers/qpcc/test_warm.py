@@ -13,7 +13,7 @@ from tests.support.contact_problems import repeated, soft_body
 from warp_softbody.controllers import ContactQPCC, QPCCStatus, SolverOptions
 from warp_softbody.controllers.qp.daqp import DAQPSolver
 from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
-from warp_softbody.controllers.qpcc.result import OTHERS
+from warp_softbody.controllers.qpcc.next_minima import OTHERS
 from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
 from warp_softbody.errors import InputError
 
