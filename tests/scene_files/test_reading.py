@@ -37,6 +37,10 @@ cells = [2, 2, 2]
 """
 
 
+HANDLE = SMALL + "[[handles]]\nregion = 'cube'\n"
+MOVER = "[[movers]]\nshape = 'ball'\nradius = 0.1\npath = { rate = 3 }\n"
+
+
 def written(folder: Path, text: str) -> SceneFile:
     (folder / "own.toml").write_text(text, encoding="utf-8")
     return scene_files.read(folder / "own.toml")
@@ -110,6 +114,20 @@ def test_grounds(tmp_path: Path) -> None:
     text = '[ground]\nkind = "triangles"\nfile = "g.obj"\n'
     expected_mesh = TriangleGround(vertices=np.eye(3), faces=np.array([[0, 1, 2]], dtype=np.int32))
     assert written(tmp_path, text + SMALL).plan.scene.ground == expected_mesh
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("0,nan\n1,2\n", "3: ground.file: file .*h.csv: HeightField.heights must be .* holds nan"),
+        ("0,1\n", "3: ground.file: file .*h.csv: HeightField.heights must be a grid"),
+        ("", "3: ground.file: file .*h.csv: HeightField.heights must be a grid"),
+    ],
+)
+def test_a_file_of_heights_is_named(content: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / "h.csv").write_text(content)
+    with pytest.raises(InputError, match=sentence):
+        written(tmp_path, '[ground]\nkind = "heights"\nfile = "h.csv"\n' + SMALL)
 
 
 def test_handles_take_short_paths(tmp_path: Path) -> None:
@@ -252,6 +270,21 @@ def test_what_is_wrong_is_told_with_its_line(
         (SMALL + "cells = 3\n", "no TOML: "),
         (SMALL + "fixed = {low=[0.02]}\n", "6: character.fixed.low: low must be an array of num"),
         (SMALL + "fixed = {high='a'}\n", "6: character.fixed.high: high must be an array of num"),
+        (SMALL + "file = 'a.char'\n", "6: character.file: goes without 'shape': a body has one"),
+        ("[character]\n", "1: character: the key 'shape' is missing, or 'file' in its place"),
+        (SMALL + "[[movers]]\nfile='a.stl'\nshape='box'\n", r"7: movers\[0\].file: goes without"),
+        (HANDLE + "path = { velocity = [1, 0, 0], rate = 3 }\n", "8: .*path.rate: goes without 'v"),
+        (HANDLE + "path = {}\n", "8: .*path: a path needs 'velocity', 'rate' or 'times'"),
+        (SMALL + "[controller]\nkind = 'walk'\n", "6: controller: the key 'gait' .*`for_body = t"),
+        (SMALL + "[character]\n", "own.toml:6: it is no TOML: .*: '\\[character\\]'"),
+        (SMALL + "shape = 'ball'\n", "own.toml:6: it is no TOML: .*shape = 'ball'"),
+        (SMALL + MOVER + MOVER, r"10: movers\[1\]: two bodies .* 'mover'; give it another 'name'"),
+        (SMALL + "strengths = {a = 1}\n", "6: character.strengths: the body has no muscles"),
+        (SMALL + "materials = {top = {density = 1}}\n", "6: character.materials.top: the body has"),
+        (
+            SMALL + "[[character.directional_friction]]\nregion = 'top'\ndirection = [1, 0, 0]\n",
+            r"7: character.directional_friction\[0\].region: the body has no region 'top'",
+        ),
         (SMALL + "fixed = {}\n", "6: character.fixed: a box needs 'low' or 'high'"),
         (SMALL + "regions = {top=[]}\n", "6: character.regions.top: holds no nodes"),
         (SMALL + "regions = {top=[99]}\n", "6: character.regions.top: .* but it holds 99"),

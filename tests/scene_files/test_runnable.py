@@ -35,9 +35,10 @@ FIBRE = (
         (OUTPUT + "movie = 'z.gif'\nplots = './z.gif'\n", "8: output.plots: .* the same name"),
         (LETTER + "[controller]\nkind = 'crawl'\n", "5: controller.kind: .* no region 'corner_0'"),
         (
-            LETTER + "[controller]\nkind = 'balance'\n" + TWIN + "translation = [3, 0, 0]\n"
+            LETTER + "[controller]\nkind = 'balance'\n[[bodies]]\nname = 'twin'\n"
+            "shape = 'letter_i'\ncoarse = 1\ntranslation = [3, 0, 0]\n"
             "[bodies.controller]\nkind = 'crawl'\n",
-            r"13: bodies\[0\].controller.kind: .* no region 'corner_0'",
+            r"12: bodies\[0\].controller.kind: .* no region 'corner_0'",
         ),
         (CUBE + FIBRE, "6: character.muscles: fibre 'f': vertex .* lies outside the mesh"),
         (CUBE + TWIN, r"6: bodies\[0\]: bodies 'cube' and 'twin' fill the same place"),

@@ -39,6 +39,31 @@ def test_a_shipped_scene_as_a_file(tmp_path: Path, capsys: pytest.CaptureFixture
         assert runs[0].get(key) == runs[1].get(key)
 
 
+def test_warnings_are_one_line_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Also those of a file that a run reads twice."""
+    file = tmp_path / "my.toml"
+    file.write_text(
+        '[character]\nshape = "box"\nsize = [0.2, 0.2, 0.2]\ncells = [1, 1, 1]\n'
+        '[controller]\nkind = "balance"\n'
+    )
+    assert main(["run", str(file), "--seconds", "0.05", "--quiet"]) == 0
+    told = capsys.readouterr().err
+    assert told == "warp-softbody: 'my' has no muscles, so its controller is never asked\n"
+
+
+def test_a_summary_has_all_that_acts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(
+        '[character]\nshape = "box"\nsize = [0.2, 0.2, 0.2]\ncells = [1, 1, 1]\n'
+        '[[movers]]\nname = "post"\nshape = "ball"\nradius = 0.1\ncenter = [2, 0, 0]\n'
+        'path = { rate = 3 }\n[[fields]]\nkind = "uniform"\nacceleration = [1, 0, 0]\n'
+    )
+    assert main(["check", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "post: " in told and " kg, moved along a path\n" in told
+    assert "0 pushes, 1 handle, 1 field, " in told
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [

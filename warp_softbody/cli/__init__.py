@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code; nothing is raised for a user's mistake."""
     output.begin()
     try:
-        with interruptible():
+        with interruptible(), output.warnings_as_lines():
             code = _run(argv)
     except Interrupted as interrupted:
         code = _tell(str(interrupted), exit_code(interrupted.number))

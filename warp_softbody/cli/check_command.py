@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from warp_softbody.scene_files import SceneFile
 
 
+SINGLE = {"pushes": "push", "handles": "handle", "fields": "field"}
+"""What acts in a scene, and what one of them is called."""
+
+
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Register the subcommand; its handler is `run`."""
     parser = subparsers.add_parser(
@@ -44,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
 def _facts(file: SceneFile) -> dict[str, Any]:
     """What is told of a scene, in SI units."""
     plan, scene = file.plan, file.plan.scene
+    moved = {handle.region for handle in scene.handles}
     return {
         "name": plan.name,
         "seconds": plan.seconds,
@@ -55,12 +60,14 @@ def _facts(file: SceneFile) -> dict[str, Any]:
                 "tets": len(body.mesh.tets),
                 "mass": float(body.node_masses.sum()),
                 "segments": body.segment_count,
+                "moved": body.name in moved,
             }
             for body in scene.characters
         ],
         "ground": None if scene.ground is None else type(scene.ground).__name__,
         "pushes": len(scene.pushes),
         "handles": len(scene.handles),
+        "fields": len(scene.fields),
         "controllers": len(plan.others) + (plan.controller is not None),
         "controller": None if plan.controller is None else type(plan.controller).__name__,
     }
@@ -72,13 +79,13 @@ def _as_text(facts: dict[str, Any]) -> str:
         muscles = f", {body['segments']} muscle segments" if body["segments"] else ""
         lines.append(
             f"  {body['name']}: {body['nodes']} nodes, {body['tets']} tets, "
-            f"{body['mass']:.3g} kg{muscles}"
+            f"{body['mass']:.3g} kg{muscles}{', moved along a path' if body['moved'] else ''}"
         )
     ground, controller = facts["ground"] or "no ground", facts["controller"] or "no controller"
-    acts = ", ".join(_counted(facts[name], name) for name in ("pushes", "handles"))
+    acts = ", ".join(_counted(facts[name], name) for name in SINGLE)
     return "\n".join([*lines, f"  {ground}, {acts}, {controller}"])
 
 
 def _counted(count: int, plural: str) -> str:
     """A number and what is counted, a single one without the plural's ending."""
-    return f"{count} {plural if count != 1 else {'pushes': 'push', 'handles': 'handle'}[plural]}"
+    return f"{count} {plural if count != 1 else SINGLE[plural]}"

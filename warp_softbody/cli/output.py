@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import suppress
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import TextIO
 
 BROKEN_PIPE = 141
@@ -36,6 +38,26 @@ def note(text: str) -> None:
     """Print something on standard error, where somebody takes it."""
     with suppress(OSError, ValueError):
         print(text, end="", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def warnings_as_lines() -> Iterator[None]:
+    """Inside the body each warning for the user is told once, as one line on standard error.
+
+    What `python -W` says of warnings holds.
+    """
+    told: set[str] = set()
+
+    def show(message: Warning | str, *_: object) -> None:
+        if str(message) not in told:
+            told.add(str(message))
+            complain(str(message))
+
+    with warnings.catch_warnings():
+        if not sys.warnoptions:
+            warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = show  # type: ignore[assignment]
+        yield
 
 
 def begin() -> None:

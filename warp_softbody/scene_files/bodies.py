@@ -68,11 +68,21 @@ def _dressed(character: Character, table: Table, materials: Mapping[str, Materia
     frictions = character.directional_friction
     if FRICTION in table:
         frictions = tuple(record_of(DirectionalFriction, t) for t in table.tables(FRICTION))
+        for each, friction in zip(table.tables(FRICTION), frictions, strict=True):
+            _known_region(friction.region, regions, each, "region")
     if "materials" in table:
         own, base = table.table("materials"), new.get("material", character.material)
+        for name in own:
+            _known_region(name, regions, own, name)
         new["materials"] = {name: _material(base, own, materials, name) for name in own}
     with table.explained():
         return replace(character, regions=regions, directional_friction=frictions, **new)
+
+
+def _known_region(name: str, regions: Mapping[str, Any], table: Table, key: str) -> None:
+    if name not in regions:
+        known = ", ".join(sorted(regions)) or "none"
+        table.fail(f"the body has no region {name!r}; it has: {known}", key)
 
 
 def _material(
@@ -91,6 +101,8 @@ def _material(
 def _with_strengths(muscles: tuple[MuscleGroup, ...], table: Table) -> tuple[MuscleGroup, ...]:
     """Muscles whose strengths are given by group, Pa."""
     strengths = table.table("strengths")
+    if not muscles:
+        table.fail("the body has no muscles", "strengths")
     strengths.only(group.name for group in muscles)
     with strengths.explained():
         return tuple(

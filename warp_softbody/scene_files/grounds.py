@@ -41,7 +41,13 @@ def ground_of(table: Table) -> Ground:
         with table.explained():
             values = (_heights(path),) if kind == "heights" else _triangles(path)
         given = dict(zip(names, values, strict=True))
-    ground: Ground = record_of(KINDS[kind], table, also=also, **given)
+    try:
+        ground: Ground = record_of(KINDS[kind], table, also=also, **given)
+    except InputError as error:
+        cause = str(error.__cause__ or "")
+        if any(name in cause for name in (*given, "triangle ")) and given:
+            table.fail(f"file {table.path('file')}: {cause}", "file")
+        raise
     return ground
 
 

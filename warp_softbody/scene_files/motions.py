@@ -47,7 +47,10 @@ def controller_of(table: Table, character: Character) -> Controller:
             if name not in ("character", *given) and parameter.default is parameter.empty
         ]
         if missing:
-            table.fail(f"the key {missing[0]!r} is missing")
+            any_body = "" if suited else "; `for_body = true` suits it to any body without it"
+            table.fail(
+                f"the key {missing[0]!r} is missing{any_body if hasattr(own, 'for_') else ''}"
+            )
         controller: Controller = make(character, **given) if suited else make(**given)
     return controller
 

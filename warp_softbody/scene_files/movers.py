@@ -7,7 +7,7 @@ from typing import Any
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.errors import InputError
 from warp_softbody.scene_files.moving import path_of
-from warp_softbody.scene_files.shapes import SHAPES, SURFACE_FILES, ball_of, box_of
+from warp_softbody.scene_files.shapes import SHAPES, SURFACE_FILES, ball_of, box_of, one_of_both
 from warp_softbody.scene_files.tables import Table
 from warp_softbody.world.handles import Handle
 from warp_softbody.world.joined_bodies import Body, placed
@@ -18,7 +18,9 @@ PLACE = ("translation", "axis", "degrees")
 
 def mover_of(table: Table) -> tuple[Body, Handle]:
     """The body and the handle of a table of [[movers]]."""
-    keys = ("file",) if "file" in table else ("shape", *SHAPES[table.choice("shape", SHAPES)])
+    keys: tuple[str, ...] = ("file",)
+    if one_of_both(table) == "shape":
+        keys = ("shape", *SHAPES[table.choice("shape", SHAPES)])
     table.only((*keys, "name", "color", "path", *PLACE))
     table.needed("path")
     path = path_of(table.table("path"))

@@ -59,7 +59,12 @@ def table_of_field(field: ForceField) -> dict[str, Any]:
 
 
 def path_of(table: Table) -> MotionPath:
-    """A path: with `velocity` or `spin` for ever, or by its times."""
+    """A path: with `velocity` or `rate` for ever, or by its times."""
+    ways = [key for key in ("velocity", "rate", "times") if key in table]
+    if not ways:
+        table.fail("a path needs 'velocity', 'rate' or 'times'")
+    if len(ways) > 1:
+        table.fail(f"goes without {ways[0]!r}: a path has one of velocity, rate and times", ways[1])
     if "velocity" in table:
         table.only(("velocity",))
         with table.explained():

@@ -77,6 +77,10 @@ def _scene(table: Table) -> Scene:
     world.only(WORLD)
     bodies = [body_of(each, known, CONTROLLER) for each in table.tables("bodies")]
     moved = [mover_of(each) for each in table.tables("movers")]
+    _refuse_one_name_twice(
+        [table.table("character"), *table.tables("bodies"), *table.tables("movers")],
+        [body.character.name for body in (first, *bodies, *(body for body, _ in moved))],
+    )
     ground = ground_of(table.table("ground")) if "ground" in table else None
     with table.explained(), world.explained(named=True):
         still = Scene(
@@ -89,6 +93,15 @@ def _scene(table: Table) -> Scene:
             **{key: world.take(key) for key in WORLD if key in world},
         )
     return _with_what_moves(still, table, tuple(handle for _, handle in moved))
+
+
+def _refuse_one_name_twice(tables: list[Table], names: list[str]) -> None:
+    for number, (each, name) in enumerate(zip(tables, names, strict=True)):
+        if name in names[:number]:
+            each.fail(
+                f"two bodies of the scene have the name {name!r}; give it another 'name'",
+                "name" if "name" in each else None,
+            )
 
 
 def _with_what_moves(scene: Scene, table: Table, moved: tuple[Handle, ...]) -> Scene:

@@ -86,6 +86,9 @@ def _refuse_coincident(table: Table, scene: Scene) -> None:
 def _ask(controller: Controller, scene: Scene, body: Body, time_step: float) -> None:
     """Ask a copy of a controller, as one is for one run, for the goals of the first step."""
     character = body.character
+    if not character.segment_count:
+        # the run tells that it is never asked
+        return
     points = np.array(character.mesh.points if body.pose is None else body.pose)
     view = BodyView(
         scene=Scene(character=character, ground=scene.ground, gravity=scene.gravity),

@@ -34,9 +34,23 @@ SHAPES = {
 SURFACE_FILES = (*SURFACES, ".glb")
 
 
+def one_of_both(table: Table) -> str:
+    """Which of "file" and "shape" a table has.
+
+    Raises:
+        InputError: it has both, or none.
+    """
+    found = [key for key in ("file", "shape") if key in table]
+    if not found:
+        table.fail("the key 'shape' is missing, or 'file' in its place")
+    if len(found) == 2:
+        table.fail("goes without 'shape': a body has one of both", "file")
+    return found[0]
+
+
 def keys_of_shape(table: Table) -> tuple[str, ...]:
     """The keys that go with the shape or the file of a table."""
-    if "file" in table:
+    if one_of_both(table) == "file":
         own = table.path("file").suffix.lower() in SURFACE_FILES
         return ("file", *(OF_SURFACE if own else ()))
     shape = table.choice("shape", (*SHAPES, *characters.names()))
@@ -46,8 +60,6 @@ def keys_of_shape(table: Table) -> tuple[str, ...]:
 def character_of_shape(table: Table, name: str | None) -> Character:
     """The character of a table's shape or file, with a name where one is given."""
     if "file" in table:
-        if "shape" in table:
-            table.fail("goes without 'shape'", "file")
         with table.explained():
             return _of_file(table, table.path("file"), name)
     shape = table.take("shape")

@@ -174,10 +174,20 @@ def read_tables(path: Path) -> Table:
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: it is no text in UTF-8") from error
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: it is no TOML: {error}") from error
+        raise InputError(_no_toml(path, text, str(error))) from error
     except RecursionError as error:
         raise InputError(f"{path}: its arrays are nested too deeply") from error
     return Table(values, (), TextSource(path, lines_of(text)))
+
+
+def _no_toml(path: Path, text: str, message: str) -> str:
+    """What the library says, with the line itself, which has the key."""
+    found = re.search(r"\(at line (\d+)", message)
+    lines = text.splitlines()
+    if found is None or not 0 < int(found[1]) <= len(lines):
+        return f"{path}:{max(len(lines), 1)}: it is no TOML: {message}"
+    number = int(found[1])
+    return f"{path}:{number}: it is no TOML: {message}: {checks.shown(lines[number - 1].strip())}"
 
 
 def _frozen(value: Any) -> Any:
