@@ -65,7 +65,7 @@ class Jump:
         The ``resting`` segments do not contract in crouch and push, so that the sole stays flat.
         """
         self._gains = checks.optional("gains of Jump", gains, JumpGains)
-        self._jumps = checks.whole("jumps of Jump", jumps)
+        self._jumps = checks.whole("jumps of Jump", jumps, low=1)
         self._base = input_kinds.name("base of Jump", base)
         self._patches = input_kinds.names("patches of Jump", patches)
         self._resting = segments("resting of Jump", resting)

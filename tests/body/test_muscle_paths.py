@@ -62,13 +62,37 @@ def test_a_helix_winds_about_its_axis() -> None:
 
 def test_a_vertex_just_outside_is_moved_in() -> None:
     line = [(0.1, 0.15, 0.1), (0.1, 0.15, 1.002)]
-    with pytest.warns(MeshWarning, match="1 vertices of fibres lay outside"):
+    with pytest.warns(MeshWarning, match="1 vertex of fibres lay outside"):
         fiber = muscles.along(BLOCK, line, name="up")
     assert fiber.vertices[-1, 2] == pytest.approx(1.0)
     with pytest.raises(InputError, match=r"fibre 'up': vertex .* lies outside the mesh"):
         muscles.along(BLOCK, [(0.1, 0.15, 0.1), (0.1, 0.15, 1.2)], name="up")
     with pytest.raises(InputError, match="the axis of ring must lie in the mesh"):
         muscles.ring(BLOCK, (0.5, 0.15, 0.5), (0.0, 0.0, 1.0))
+
+
+def test_a_segment_outside_is_told() -> None:
+    """Across the gap of two cubes that a bar joins at the bottom, 0.4 m wide and as deep."""
+    points = np.array(box((5, 1, 5), (1.0, 0.2, 1.0)).points)
+    tets = np.array(box((5, 1, 5), (1.0, 0.2, 1.0)).tets)
+    middles = points[tets].mean(axis=1)
+    gap = (abs(middles[:, 0] - 0.5) < 0.3) & (middles[:, 2] > 0.2)
+    used, left = np.unique(tets[~gap], return_inverse=True)
+    horseshoe = TetMesh(points[used], left.reshape(-1, 4).astype(np.int32))
+    across = [(0.1, 0.1, 0.6), (0.9, 0.1, 0.6)]
+    # in the middle of the gap, 0.3 m from its walls; sampled every 0.0286 m
+    with pytest.warns(MeshWarning, match=r"fibre 'bow' leaves the mesh .* by 0\.29 m at \(0\.486,"):
+        muscles.along(horseshoe, across, segments=1, name="bow")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        muscles.along(horseshoe, [(0.1, 0.1, 0.9), (0.1, 0.1, 0.1), (0.9, 0.1, 0.1)])
+
+
+def test_a_helix_has_six_segments_a_turn() -> None:
+    ends = (0.1, 0.15, 0.2), (0.1, 0.15, 0.8)
+    muscles.helix(BLOCK, *ends, turns=-4.0, segments=24)
+    with pytest.raises(InputError, match="at least 144 for 24 turns, 6 a turn, not 24"):
+        muscles.helix(BLOCK, *ends, turns=24, segments=24)
 
 
 def test_wrong_paths_are_told() -> None:

@@ -61,3 +61,20 @@ def test_a_body_of_a_hundred_metres_is_asked_about(
 ) -> None:
     assert main(["character", str(surface), "-o", str(surface.with_name("c.char"))]) == 2
     assert "m high is hardly what is meant; give its unit" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["-o", "a.zip"], "must end in one of .char"),
+        (["-o", "none/a.char"], "none"),
+        (["-o", "a.char", "--picture", "a.gif"], "must end in one of .png"),
+    ],
+)
+def test_names_are_checked_before_the_work(
+    options: list[str], told: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """The surface, which is none, is not even read."""
+    assert main(["character", str(tmp_path / "none.obj"), *options]) == 2
+    said = capsys.readouterr().err
+    assert "cannot write" in said and told in said

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,9 @@ IntArray = npt.NDArray[np.int32]
 JUST_OUTSIDE = 5e-3
 """Distance from the mesh, over the diagonal of its box, up to which a vertex is moved in: the
 meshers may leave the given surface by a fifth to two fifths of it."""
+
+SAMPLED = 0.02
+"""Spacing, over the diagonal of the mesh's box, of the places at which segments are tested."""
 
 SLACK = 1e-6
 """A barycentric weight of at least minus this counts as inside."""
@@ -71,11 +75,49 @@ def embed(mesh: TetMesh, points: FloatArray, names: Sequence[str]) -> Embedding:
     return result
 
 
+def tell_of_gaps(mesh: TetMesh, vertices: FloatArray, name: str) -> None:
+    """Warn where a fibre with vertices (k, 3) m leaves the mesh between them.
+
+    Segments are sampled at intervals of at most `SAMPLED`, so that longer gaps alone are found.
+    """
+    diagonal = float(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
+    places = _between(vertices, SAMPLED * diagonal)
+    if not len(places):
+        return
+    weights = locate(mesh.points, mesh.tets, places).weights
+    outside = places[weights.min(axis=1) < -SLACK]
+    skin = mesh.points[mesh.surface]
+    away = np.zeros(len(outside))
+    for index, place in enumerate(outside):
+        triangle, on_it = nearest_on_triangles(skin, place)
+        away[index] = np.linalg.norm(on_it @ skin[triangle] - place)
+    if len(away) and away.max() > JUST_OUTSIDE * diagonal:
+        place = ", ".join(f"{value:.3g}" for value in outside[away.argmax()])
+        warnings.warn(
+            f"fibre {name!r} leaves the mesh between its vertices, by {away.max():.2g} m at "
+            f"({place}) m: lead it through the body, or give it more segments",
+            MeshWarning,
+            stacklevel=4,
+        )
+
+
+def _between(vertices: FloatArray, spacing: float) -> FloatArray:
+    """Places (s, 3) m within the segments of a polyline, at most a spacing, m, apart."""
+    found = [np.zeros((0, 3))]
+    for first, last in pairwise(vertices):
+        parts = int(np.ceil(np.linalg.norm(last - first) / spacing))
+        share = np.arange(1, parts)[:, None] / max(parts, 1)
+        found.append(first + share * (last - first))
+    return np.concatenate(found)
+
+
 def _tell(moved: dict[int, float], names: Sequence[str]) -> None:
     if moved:
         furthest = max(moved, key=lambda index: moved[index])
+        those = "1 vertex" if len(moved) == 1 else f"{len(moved)} vertices"
+        were = "was" if len(moved) == 1 else "were"
         warnings.warn(
-            f"{len(moved)} vertices of fibres lay outside the mesh and were moved onto its "
+            f"{those} of fibres lay outside the mesh and {were} moved onto its "
             f"surface, by at most {moved[furthest]:.3g} m (fibre {names[furthest]!r})",
             MeshWarning,
             stacklevel=2,

@@ -1,6 +1,7 @@
 """Fibres by hand: along a line or a region, round a limb, winding about it, and from OBJ curves.
 
 Vertices just outside the mesh are moved onto its surface, with a `MeshWarning`; others are refused.
+A `MeshWarning` also tells of a segment that leaves the mesh between its vertices.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.body.fiber_embedding import embed
+from warp_softbody.body.fiber_embedding import embed, tell_of_gaps
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.mesh_formats.obj_curves import read_polylines
 from warp_softbody.body.muscles import Fiber, FiberKind
@@ -22,6 +23,9 @@ from warp_softbody.inputs import array_checks, checks, input_kinds
 __all__ = ["along", "helix", "read_curves", "ring"]
 
 MOST_SEGMENTS = 1000
+
+LEAST_A_TURN = 6
+"""Segments of one turn of a helix: fewer cut through what they wind about."""
 
 DEPTH = 0.38
 """Usual depth of a ring or helix below the skin, over the distance from its axis to the skin."""
@@ -111,12 +115,12 @@ def helix(
         start: (3,) m, of the axis, within the mesh.
         end: (3,) m, likewise.
         turns: counterclockwise as seen from the end; negative ones wind the other way.
-        segments: of the fibre.
+        segments: of the fibre, at least six a turn.
         depth: as of a ring.
         name: of the fibre.
 
     Raises:
-        InputError: the axis leaves the mesh, or has no length.
+        InputError: the axis leaves the mesh or has no length, or the segments are too few.
     """
     first, last = (
         np.array(checks.vector(f"{which} of helix", place, unit="m"))
@@ -126,6 +130,13 @@ def helix(
         raise InputError("start and end of helix must be two places")
     wound = checks.number("turns of helix", turns)
     count = checks.whole("segments of helix", segments, low=2, high=MOST_SEGMENTS)
+    # but for rounding of the turns
+    needed = int(np.ceil(LEAST_A_TURN * abs(wound) - 1e-9))
+    if count < needed:
+        raise InputError(
+            f"segments of helix must be at least {needed} for {wound:g} turns, {LEAST_A_TURN} a "
+            f"turn, not {count}"
+        )
     share = np.linspace(0.0, 1.0, count + 1)
     axis = first + share[:, None] * (last - first)
     way = (last - first) / np.linalg.norm(last - first)
@@ -160,6 +171,7 @@ def read_curves(
 def _embedded(mesh: TetMesh, points: FloatArray, name: str, kind: FiberKind) -> Fiber:
     fiber = Fiber(vertices=points, kind=kind, name=name)
     moved = embed(mesh, np.array(fiber.vertices), [name] * len(points)).points
+    tell_of_gaps(mesh, moved, name)
     return Fiber(vertices=moved, kind=kind, name=name)
 
 

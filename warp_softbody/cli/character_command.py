@@ -76,8 +76,14 @@ def run(args: argparse.Namespace) -> int:
     with held_back():
         from warp_softbody import read_usd_surfaces
         from warp_softbody.body.character import Character
+        from warp_softbody.body.character_files import EXTENSION
         from warp_softbody.body.making.from_surface import made_from_surface
+        from warp_softbody.stage_exports.conventions import checked_target
 
+    # before the work of minutes
+    checked_target(args.out, extensions=(EXTENSION,))
+    if args.picture is not None:
+        checked_target(args.picture, extensions=(".png",))
     read_usd_surfaces()
 
     with warnings.catch_warnings():
@@ -194,12 +200,18 @@ def _as_text(args: argparse.Namespace, made: Made) -> str:
     feet = len(facts["feet"])
     stands = f"stands on {feet} feet" if feet else "stands on one base"
     lengths = ", ".join(f"{length:.2g}" for length in limbs)
+    arms = f"{_counted(len(limbs), 'limb')} ({lengths} m)" if limbs else "no limbs"
     return "\n".join(
         (
             f"{facts['name']}: {x:.3g} x {y:.3g} x {z:.3g} m, {facts['mass']:.3g} kg, {stands}",
             f"{facts['tets']} tets, Young's modulus {facts['young_modulus']:.2g} Pa",
-            f"{len(limbs)} limbs ({lengths} m), {facts['fibers']} fibres of together "
-            f"{facts['segments']} segments",
+            f"{arms}, {_counted(facts['fibers'], 'fibre')} of together "
+            f"{_counted(facts['segments'], 'segment')}",
             f"character {args.out}",
         )
     )
+
+
+def _counted(count: int, single: str) -> str:
+    """A number and what is counted."""
+    return f"{count} {single}" if count == 1 else f"{count} {single}s"

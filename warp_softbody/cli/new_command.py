@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from pathlib import Path
 
 from warp_softbody.cli.arguments import key_value, unique
@@ -61,5 +62,5 @@ def run(args: argparse.Namespace) -> int:
         scene_files.write(
             args.file, scenes.make(args.origin, unique(args.set, "--set"), do=args.do)
         )
-    say(f"{args.file}: `warp-softbody run {args.file}` runs it")
+    say(f"{args.file}: `warp-softbody run {shlex.quote(str(args.file))}` runs it")
     return 0

@@ -33,7 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--sheet", metavar="N", type=whole(1, 10_000), help="N frames side by side instead of one"
     )
-    parser.add_argument("--size", metavar="WxH", type=size, help="pixels of a frame")
+    parser.add_argument("--size", metavar="WxH", type=size, help="pixels, of each frame in a sheet")
     parser.add_argument(
         "--camera", metavar="C", type=camera, default="follow", help="as of `run`, of one frame"
     )

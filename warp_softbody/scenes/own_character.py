@@ -40,7 +40,7 @@ HEIGHT = Setting(
     unit="m",
     help="to which the base is to come off the floor",
 )
-JUMPS = Setting(name="jumps", default=1.0, low=0.0, high=100.0, help="how many", whole=True)
+JUMPS = Setting(name="jumps", default=1.0, low=1.0, high=100.0, help="how many", whole=True)
 TURN = Setting(name="turn", default=6.2832, low=0.01, high=1000.0, unit="rad", help="by which")
 DIRECTION = Setting(
     name="direction", default=1.0, low=-1.0, high=1.0, help="1 along x, -1 against it", whole=True

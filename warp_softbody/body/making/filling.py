@@ -59,8 +59,9 @@ def fill(solid: Solid, tets: int) -> Filled:
             break
         spacing = min(spacing * (count / tets) ** (1.0 / 3.0), least)
     if best is None:
+        share = f"only {fullest:.0%}" if fullest >= 0.005 else "less than 1%"
         raise MeshError(
-            f"{solid.source}: {tets} tets hold only {fullest:.0%} of the body in one piece: it "
+            f"{solid.source}: {tets} tets hold {share} of the body in one piece: it "
             "has parts that do not touch, or limbs too thin for so few; ask for more tets"
         )
     return best
