@@ -45,7 +45,8 @@ The weights are small beside the costs of activation, as walking smoothly needs.
 the middle comes down to 0.04 m at half the step; with half the weight of momentum it sinks to the
 ground at a quarter of it, or with two iterations at half."""
 
-FAST = replace(SLOW, swing=2.004, position=9.174)
+FAST = replace(SLOW, swing=2.004, position=9.174, foot_velocity=6.5)
+"""At the foot velocity of `SLOW` 10.5 % of accelerations change sign at twice the step, so 9.4."""
 
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
