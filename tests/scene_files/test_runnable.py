@@ -79,3 +79,23 @@ def test_a_mark_of_the_byte_order_is_taken(tmp_path: Path) -> None:
     assert (tmp_path / "own.toml").read_bytes().startswith(b"\xef\xbb\xbf")
     ground = scene_files.read(tmp_path / "own.toml").plan.scene.ground
     np.testing.assert_array_equal(getattr(ground, "heights", None), np.eye(2))
+
+
+def test_links_do_not_lead_out_of_the_folder(tmp_path: Path) -> None:
+    own, other = tmp_path / "own", tmp_path / "other"
+    own.mkdir()
+    other.mkdir()
+    try:
+        (own / "in").symlink_to(other)
+        (own / "b.gif").symlink_to(other / "b.gif")
+        (tmp_path / "linked").symlink_to(own)
+    except OSError:
+        pytest.skip("no links here")
+    file = own / "own.toml"
+    for line in ("stage = 'in/a.usdc'", "plots = 'in/plots'", "movie = 'b.gif'"):
+        file.write_text(OUTPUT + line + "\n")
+        with pytest.raises(InputError, match=r"7: output.*leads out of the folder of the file by"):
+            scene_files.read(file)
+    # the folder itself may be reached by one
+    file.write_text(OUTPUT + "stage = 'a.usdc'\n")
+    assert scene_files.read(tmp_path / "linked" / "own.toml").output.stage == "a.usdc"

@@ -18,7 +18,7 @@ from warp_softbody.scene_files.motions import controller_of
 from warp_softbody.scene_files.movers import mover_of
 from warp_softbody.scene_files.moving import fields_of, handles_of, pushes_of
 from warp_softbody.scene_files.records import record_of
-from warp_softbody.scene_files.runnable import refuse_missing_folders, refuse_what_cannot_run
+from warp_softbody.scene_files.runnable import refuse_other_folders, refuse_what_cannot_run
 from warp_softbody.scene_files.scene_file import RunOutput, SceneFile
 from warp_softbody.scene_files.tables import Table, read_tables
 from warp_softbody.scenes.plan import ScenePlan
@@ -62,7 +62,7 @@ def read_scene_file(path: str | Path) -> SceneFile:
         )
     control = _options(table.table("control"), ControlOptions)
     output = record_of(RunOutput, table.table("output"))
-    refuse_missing_folders(table.table("output"), output, file.parent)
+    refuse_other_folders(table.table("output"), output, file.parent)
     refuse_what_cannot_run(table, plan)
     return SceneFile(plan=plan, options=options, control=control, output=output)
 

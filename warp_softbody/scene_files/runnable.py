@@ -43,15 +43,19 @@ def refuse_what_cannot_run(table: Table, plan: ScenePlan) -> None:
                 _ask(own, plan.scene, body, plan.time_step)
 
 
-def refuse_missing_folders(table: Table, output: RunOutput, folder: Path) -> None:
-    """Refuse files of a run whose folder is not there; that of plots is made.
+def refuse_other_folders(table: Table, output: RunOutput, folder: Path) -> None:
+    """Refuse files of a run whose folder is not there, or elsewhere by a link; plots make theirs.
 
     Raises:
         InputError: with file, line and field.
     """
     for name in FILES:
         given = getattr(output, name)
-        if given is not None and name != "plots" and not (folder / given).parent.is_dir():
+        if given is None:
+            continue
+        if not (folder / given).resolve().is_relative_to(folder.resolve()):
+            table.fail(f"{given!r} leads out of the folder of the file by a link", name)
+        if name != "plots" and not (folder / given).parent.is_dir():
             table.fail(f"there is no folder {str(Path(given).parent)!r} beside the file", name)
 
 
