@@ -18,6 +18,7 @@ from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.any_body import feet_of, require_muscles, require_regions
 from warp_softbody.controllers.motions.balance_gains import ANY_BODY, BalanceGains
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
+from warp_softbody.controllers.motions.for_any_body.support import room
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import unchecked_copy
@@ -35,6 +36,14 @@ SKIP_ACCELERATION = 8.0
 LEAST_HEIGHT = 1e-3
 """L, of the centre of mass above the base, with which a lying body's capture point is reckoned."""
 
+
+NARROW = 0.15
+"""Least way from under the centre of mass to the edge of a sole, over that centre's height, below
+which a body that stands is not asked to rise. It has sagged below its height at rest, which fibres
+that only shorten cannot give back to it: a plan that keeps trying bends it until it tips."""
+
+RISE_WITHIN = 0.1
+"""L, `BalanceGains.height_within` of a body on a narrow sole."""
 
 LYING = 0.5
 """Height over length of a body below which it has no head to hold up."""
@@ -107,7 +116,11 @@ class Balance:
         require_regions("Balance", character, cls.required_regions)
         require_muscles("Balance", character)
         feet = feet_of(character)
-        gains = ANY_BODY if gains is None else gains
+        if gains is None:
+            narrow = (
+                room(character.mesh.points[character.region("base")], _middle(character)) < NARROW
+            )
+            gains = replace(ANY_BODY, height_within=RISE_WITHIN) if narrow else ANY_BODY
         # Feet apart from each other do not widen, and a sole of points has no area.
         apart = any(name.startswith("foot_") for name in character.regions)
         if apart or not len(_sole(character, "base")):
@@ -195,6 +208,8 @@ class Balance:
         goal = (1.0 - SKIP_DEPTH) * rest if skips else squat
         share = SKIP_ACCELERATION if skips else g.height_acceleration
         change = share * view.gravity * view.time_step
+        if offset < g.height_within and not skips:
+            goal = min(goal, height + offset / g.height_within * (goal - height))
         return min(max(g.height_rate * (goal - height), speed - change), speed + change)
 
     def _slopes(self, view: BodyView) -> np.ndarray[tuple[int, ...], Any]:
@@ -238,7 +253,13 @@ def _sole(character: Character, base: str) -> np.ndarray[tuple[int, ...], np.dty
 def _stance(character: Character) -> tuple[float, float]:
     """Where (2,) L the centre of mass rests over the base, from the mean of its nodes."""
     mesh = character.mesh
-    mass = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points))
-    middle = mass @ mesh.points / mass.sum() - mesh.points[character.region("base")].mean(axis=0)
+    middle = _middle(character) - mesh.points[character.region("base")].mean(axis=0)
     x, y, _ = middle / float(np.ptp(mesh.bounds, axis=0).max())
     return float(x), float(y)
+
+
+def _middle(character: Character) -> FloatArray:
+    """Centre of mass (3,) m at rest."""
+    mesh = character.mesh
+    mass = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points))
+    return np.asarray(mass @ mesh.points / mass.sum())

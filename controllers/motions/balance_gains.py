@@ -26,6 +26,8 @@ class BalanceGains:
         height_weight: of the head's height over the base, over `upright_weight`.
         height_rate: sqrt(g/L), rate at which the head comes to its height.
         height_acceleration: g, the largest of the head against the base that is asked for.
+        height_within: L, offset of the capture point below which less than the whole way up to its
+            height is asked of the head, none at all at 0.
         squat: how much lower the head is wanted, as a share of the capture point's offset.
         least_height: share of the head's height at rest below which no squat goes.
         skip_from: L, offset of the capture point from which on the body shortens as fast as it
@@ -51,6 +53,7 @@ class BalanceGains:
     height_weight: float = 0.0
     height_rate: float = field(default=3.2, metadata=dimension(time=-1.0))
     height_acceleration: float = 3.0
+    height_within: float = field(default=0.0, metadata=dimension(length=1.0))
     squat: float = 0.0
     least_height: float = 0.75
     skip_from: float = field(default=1.0, metadata=dimension(length=1.0))
@@ -79,6 +82,7 @@ class BalanceGains:
                 "height_weight",
                 "height_rate",
                 "height_acceleration",
+                "height_within",
                 "squat",
                 "momentum_weight",
                 "spin_weight",

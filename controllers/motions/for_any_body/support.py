@@ -47,3 +47,23 @@ def drawn_together(corners: FloatArray, margin: float) -> FloatArray:
     """Corners (h, 2) nearer to their mean by a share ``margin``."""
     middle = corners.mean(axis=0)
     return np.asarray(middle + (1.0 - margin) * (corners - middle))
+
+
+def room(sole: FloatArray, middle: FloatArray) -> float:
+    """How far a centre of mass is from tipping over an edge of a sole, over its height above it.
+
+    That is the least distance, seen from above, to the lines through the sides of the sole's hull;
+    negative outside of it, and 0 on a sole of a line or a point.
+
+    Args:
+        sole: (n, 3) m, its nodes.
+        middle: (3,) m, the centre of mass.
+    """
+    corners = hull(sole[:, :2])
+    if len(corners) < 3:
+        return 0.0
+    sides = np.roll(corners, -1, axis=0) - corners
+    arms = middle[:2] - corners
+    inwards = sides[:, 0] * arms[:, 1] - sides[:, 1] * arms[:, 0]
+    height = max(float(middle[2] - sole[:, 2].min()), 1e-12)
+    return float((inwards / np.linalg.norm(sides, axis=1)).min()) / height

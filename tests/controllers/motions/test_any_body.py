@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trimesh import creation
 
 from tests.support.surfaces import BODIES
 from warp_softbody import Character, Plane, Push, Scene, Simulation, characters, controllers
 from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers.motions.any_body import feet_of
+from warp_softbody.controllers.motions.for_any_body.support import room
 from warp_softbody.errors import InputError, MeshWarning
 
 PUSH = 0.15
@@ -65,3 +67,28 @@ def test_stands_a_push(name: str) -> None:
     assert np.linalg.norm(end[:2] - start[:2]) < 0.3
     assert end[2] > 0.85 * start[2]
     assert abs(last.velocities).max() < 0.1
+
+
+def test_room_on_a_sole() -> None:
+    """A rectangle of 0.4 by 0.2 m, 0.1 m above z = 0, under a point 0.5 m higher."""
+    sole = np.array([(x, y, 0.1) for x in (0.0, 0.2, 0.4) for y in (0.0, 0.2)])
+    for x, y, wanted in ((0.2, 0.1, 0.1), (0.2, 0.15, 0.05), (0.45, 0.1, -0.05)):
+        assert room(sole, np.array([x, y, 0.6])) == pytest.approx(wanted / 0.5)
+    assert room(sole[::2], np.array([0.2, 0.0, 0.6])) == 0.0
+
+
+def test_a_narrow_sole_is_not_left() -> None:
+    """A dumbbell stands by itself on a sole of a sixth of the height of its centre of mass."""
+    balls = [creation.icosphere(subdivisions=2, radius=0.25) for _ in range(2)]
+    for ball, height in zip(balls, (0.25, 1.05), strict=True):
+        ball.apply_translation((0.0, 0.0, height))
+    bar = creation.cylinder(radius=0.1, segment=[(0, 0, 0.2), (0, 0, 1.1)], sections=16)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        character = Character.from_surface(balls[0] + balls[1] + bar, name="dumbbell")
+    scene = Scene(character=character, ground=Plane())
+    simulation = Simulation(scene, controllers.Balance.for_(character), time_step=1 / 60)
+    for _ in range(240):
+        simulation.step()
+    moved = simulation.state.positions.numpy() - character.mesh.points
+    assert np.abs(moved).max() < 0.02
