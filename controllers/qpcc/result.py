@@ -45,7 +45,8 @@ class SolverOptions:
         max_qps: most QPs in one solve, >= 1.
         kicks: most perturbations of a local minimum, in each of which one contact or pair is forced
             into another mode or to its other side, or all contacts that bear slide the same way;
-            each costs one to three QPs.
+            each costs one to three QPs. A cold solve of the contact form begins by four times as
+            many, of which twice as many as ``patience`` may fail in a row.
         patience: kicks in a row without a better minimum after which no more are tried.
         reach: contact form: how far above the best value, relative to it, the first QP of a kick
             may end; beyond that the kick is given up, often before the QP is solved.

@@ -51,3 +51,15 @@ def test_a_fall_is_a_doubt(
     summary = simulation.summary()
     assert any("fell: it stood at the start" in each for each in summary.findings.doubts) == fallen
     assert summary.status == ("doubtful" if fallen else "complete")
+
+
+def test_a_round_body_that_rolls_about_its_own_axis_has_not_fallen() -> None:
+    """It turns by 120 degrees and stays as high as it was."""
+    simulation = Simulation(SCENE, controllers.Balance())
+    body, rest = simulation.model, np.array(LETTER.mesh.points)
+    lying = Rotation.from_euler("x", 120.0, degrees=True).apply(rest)
+    middle = body.masses @ rest[:, 2] / body.masses.sum() - rest[:, 2].min()
+    height = body.masses @ lying[:, 2] / body.masses.sum() - lying[:, 2].min()
+    # as high over its lowest node as before, by scaling alone
+    simulation.state.positions.assign(lying * (middle / height))
+    assert not any("fell" in each for each in simulation.summary().findings.doubts)

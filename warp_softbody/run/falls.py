@@ -16,6 +16,10 @@ STANDS = np.radians(30.0)
 LIES = np.radians(60.0)
 """Tilt (rad) from which on it has fallen: no walk or jump leans as far and comes back."""
 
+SUNK = 0.1
+"""Share by which the height of its centre of mass has changed then: a round body that lies and
+rolls about its own axis keeps it."""
+
 
 def tilt(rest: FloatArray, now: FloatArray, masses: FloatArray) -> float:
     """Angle (rad) of a body's own z axis from z, 0 to pi.
@@ -33,10 +37,11 @@ def tilt(rest: FloatArray, now: FloatArray, masses: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class _Standing:
-    """A body, and whether it stood when the run began."""
+    """A body, whether it stood when the run began, and how high (m) its centre of mass was."""
 
     number: int
     stood: bool
+    height: float
 
 
 class Falls:
@@ -47,7 +52,9 @@ class Falls:
         self._model = model
         parts = model.scene.parts
         self._watched = [
-            _Standing(number, self._tilt(number, positions) < STANDS)
+            _Standing(
+                number, self._tilt(number, positions) < STANDS, self._height(number, positions)
+            )
             for number, part in enumerate(parts)
             if part.name in names
         ]
@@ -58,13 +65,20 @@ class Falls:
             return
         for body in self._watched:
             leans = self._tilt(body.number, positions)
-            if body.stood and leans > LIES:
+            moved = abs(self._height(body.number, positions) - body.height)
+            if body.stood and leans > LIES and moved > SUNK * body.height:
                 name = self._model.scene.parts[body.number].name
                 yield (
                     f"body {name!r} fell: it stood at the start and ends tilted by "
                     f"{np.degrees(leans):.0f} degrees, which its controller was to prevent; take a "
                     "weaker push, a slower motion or a wider base"
                 )
+
+    def _height(self, number: int, positions: FloatArray) -> float:
+        """Of the centre of mass over the lowest node, m."""
+        nodes = self._model.scene.parts[number].nodes
+        masses, heights = self._model.masses[nodes], positions[nodes, 2]
+        return float(masses @ heights / masses.sum() - heights.min())
 
     def _tilt(self, number: int, positions: FloatArray) -> float:
         scene = self._model.scene

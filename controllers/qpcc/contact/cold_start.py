@@ -21,8 +21,8 @@ from warp_softbody.controllers.qpcc.general.restarts import random_point
 COLD_QPS = 300
 """QPs after which no penalty run begins: the rest is for kicks."""
 
-FIRST_KICKS, FIRST_PATIENCE = 600, 300
-"""Kicks before penalty runs, and how many of them in a row may fail: the QPs of modes take a tenth
+FIRST_KICKS, FIRST_PATIENCE = 4, 2
+"""Kicks and patience before penalty runs, over those of the options: the QPs of modes take a tenth
 to a hundredth of the time of those of the general form."""
 
 MIDDLE = 240
@@ -59,8 +59,9 @@ def cold_minima(
         forward = forward_contact(search.scaled, controls)
         _descend(search, None if forward is None else search.visit(forward[0]), found)
     minima = list(found.values())
-    if minima and search.options.kicks:
-        search.perturb(minima, FIRST_KICKS, FIRST_PATIENCE)
+    if minima:
+        options = search.options
+        search.perturb(minima, FIRST_KICKS * options.kicks, FIRST_PATIENCE * options.patience)
     if search.spent:
         return ColdStart(minima)
     found = {minimum.minimiser.modes: minimum for minimum in minima}
