@@ -13,13 +13,16 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.control_options import ControlOptions
     from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
     from warp_softbody.controllers.motions.balance import Balance, BalanceGains
+    from warp_softbody.controllers.motions.combined import Combined
     from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains, CrawlPhase
     from warp_softbody.controllers.motions.exercise import Exercise, ExerciseGains, Sway
     from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
+    from warp_softbody.controllers.motions.gesture import Gesture, GestureGains
     from warp_softbody.controllers.motions.jump import Jump
     from warp_softbody.controllers.motions.jump_gains import JumpGains
     from warp_softbody.controllers.motions.roll import Roll
     from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
+    from warp_softbody.controllers.motions.sequence import Motion, Sequence
     from warp_softbody.controllers.motions.slide import Slide, SlideGains
     from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk, WalkGains
     from warp_softbody.controllers.objectives import Objective
@@ -51,6 +54,7 @@ _HOMES = {
     "BalanceGains": "motions.balance",
     "BodyUnits": "body_units",
     "COLD_OPTIONS": "qpcc",
+    "Combined": "motions.combined",
     "ContactMultipliers": "qpcc",
     "ContactQPCC": "qpcc",
     "ControlOptions": "control_options",
@@ -64,10 +68,13 @@ _HOMES = {
     "FullForm": "qpcc",
     "GeneralMultipliers": "qpcc",
     "GeneralResult": "qpcc",
+    "Gesture": "motions.gesture",
+    "GestureGains": "motions.gesture",
     "Goals": "controller",
     "Jump": "motions.jump",
     "JumpGains": "motions.jump_gains",
     "Leg": "motions.roll_gains",
+    "Motion": "motions.sequence",
     "ONE_BY_ONE": "motions.walk",
     "Objective": "objectives",
     "Patch": "patches",
@@ -76,6 +83,7 @@ _HOMES = {
     "QPCCStatus": "qpcc",
     "Roll": "motions.roll",
     "RollGains": "motions.roll_gains",
+    "Sequence": "motions.sequence",
     "Slide": "motions.slide",
     "SlideGains": "motions.slide",
     "SolverOptions": "qpcc",
@@ -104,6 +112,7 @@ __all__ = [
     "Balance",
     "BalanceGains",
     "BodyUnits",
+    "Combined",
     "ContactMultipliers",
     "ContactQPCC",
     "ControlOptions",
@@ -116,16 +125,20 @@ __all__ = [
     "FullForm",
     "GeneralMultipliers",
     "GeneralResult",
+    "Gesture",
+    "GestureGains",
     "Goals",
     "Jump",
     "JumpGains",
     "Leg",
+    "Motion",
     "Objective",
     "Patch",
     "QPCCResult",
     "QPCCStatus",
     "Roll",
     "RollGains",
+    "Sequence",
     "Slide",
     "SlideGains",
     "SolverOptions",

@@ -77,7 +77,8 @@ class Controller(Protocol):
 
     Those of `controllers.motions` keep phases, heights and units of the body that they see first:
     an instance is for one run. Where an attribute ``keeps_upright`` is true, a run in which its
-    body falls ends as doubtful.
+    body falls ends as doubtful; a `Sequence` looks at `finished`, `interruptible` and `begin`
+    (docs/sequences.md).
     """
 
     def goals(self, view: BodyView) -> Goals | None:

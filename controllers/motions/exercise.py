@@ -109,7 +109,13 @@ class Exercise:
         self._patches = input_kinds.names("patches of Exercise", patches)
         self._units: BodyUnits | None = None
         self._origin = np.zeros(3)
+        self._finished = False
         self._missing = MissingRate(self._gains.learning)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the path has died away."""
+        return self._finished
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -121,7 +127,8 @@ class Exercise:
             self._start *= self._units.time
             self._missing = MissingRate(self._gains.learning)
             self._origin = view.center_of_mass
-        g = self._gains
+        g, path = self._gains, self._path
+        self._finished = view.time >= self._start + path.period * path.periods + path.ease
         rate = self._missing.made_up(view, self._along(view))
         return Goals(
             objectives=(

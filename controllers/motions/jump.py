@@ -74,6 +74,7 @@ class Jump:
         self._since = 0.0
         self._wait = checks.number("start of Jump", start, low=0.0, unit="sqrt(L/g)")
         self._done = 0
+        self._rested = False
         self._units: BodyUnits | None = None
         self._height: float | None = None
         self._first = np.zeros(3)
@@ -104,6 +105,16 @@ class Jump:
         found = jump_gains(character, height)
         gains = found if gains is None else gains
         return cls(gains, jumps=jumps, patches=feet_of(character))
+
+    @property
+    def interruptible(self) -> bool:
+        """Whether it stands, before a jump or after one."""
+        return self.phase in (JumpPhase.STAND, JumpPhase.LAND)
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has stood for its time of rest after the last jump."""
+        return self._rested
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -139,6 +150,7 @@ class Jump:
         g, elapsed = self._gains, view.time - self._since
         airborne = not view.touching.any()
         if self.phase in (JumpPhase.STAND, JumpPhase.LAND):
+            self._rested = elapsed >= self._wait and self._done == self._jumps
             if elapsed >= self._wait and self._done < self._jumps:
                 self._begin(view, base)
         elif self.phase is JumpPhase.CROUCH:

@@ -110,6 +110,16 @@ class Roll:
         leg = Leg(direction=direction, turn=turn)
         return cls(ANY_BODY if gains is None else gains, legs=(leg,), rim="rim")
 
+    @property
+    def finished(self) -> bool:
+        """Whether it has come to the end of its last leg."""
+        return self._released is not None
+
+    def begin(self, view: BodyView, standing: BodyView) -> None:
+        """Count the angle of the first leg from that by which the body has turned."""
+        self._angle = angle_turned(view, 2, 0)
+        self._end += self._angle
+
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on; None once the muscles have let go."""
         view = seen(view)

@@ -45,10 +45,12 @@ class MissingRate:
         self._time = time
         self._learnt = np.zeros(3)
         self._asked: FloatArray | None = None  # momentum, kg m/s
+        self._asked_at = 0.0  # s
 
     def made_up(self, view: BodyView, wanted: FloatArray) -> FloatArray:
         """What to ask for (3,) N so that the wanted rate comes about; to be called once a step."""
-        if self._asked is not None:
+        # what was asked of the start of this very step has not come about yet
+        if self._asked is not None and view.time > self._asked_at:
             short = (self._asked - view.linear_momentum) / view.time_step
             share = view.time_step / (view.time_step + self._time)
             self._learnt += share * (short - self._learnt)
@@ -56,4 +58,5 @@ class MissingRate:
             self._learnt = np.minimum(np.maximum(self._learnt, -most), most)
         rate = wanted + self._learnt
         self._asked = view.linear_momentum + view.time_step * rate
+        self._asked_at = view.time
         return np.asarray(rate)

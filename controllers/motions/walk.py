@@ -132,6 +132,12 @@ class Walk:
         self._shifts: dict[tuple[int, ...], FloatArray] = {}
         self._left = np.zeros((len(feet), 3))
         self._phase = -1
+        self._lands = True
+
+    @property
+    def interruptible(self) -> bool:
+        """Whether all feet are to be on the ground."""
+        return self._lands
 
     @classmethod
     def for_(
@@ -179,6 +185,7 @@ class Walk:
             own = self._foot(view, feet, foot, *path)
             wanted.append(own if swings else upward_only(own))
         landing = share > 1.0 - g.touch_down
+        self._lands = landing or not swung
         down = [name for i, name in enumerate(self._feet) if landing or i not in swung]
         return Goals(
             objectives=tuple(wanted),

@@ -237,6 +237,19 @@ def control() -> Samples:
         "BodyUnits.of_scene": (controllers.BodyUnits.of_scene, {"scene": scene()}),
         "ContactQPCC": (controllers.ContactQPCC, contact_problem()),
         "Goals": (controllers.Goals, {"objectives": (objective,)}),
+        "Combined": (controllers.Combined, {"together": (controllers.Balance(),)}),
+        "Combined.goals": (
+            controllers.Combined((controllers.Balance(),)).goals,
+            {"view": view()},
+        ),
+        "Gesture": (controllers.Gesture, {"region": "base"}),
+        "Gesture.goals": (controllers.Gesture(region="base").goals, {"view": view()}),
+        "Motion": (controllers.Motion, {"controller": controllers.Balance()}),
+        "Sequence": (controllers.Sequence, {"motions": (controllers.Balance(),)}),
+        "Sequence.goals": (
+            controllers.Sequence((controllers.Balance(),)).goals,
+            {"view": view()},
+        ),
         "Leg": (controllers.Leg, {"direction": 1.0, "turn": 1.0}),
         "Objective": (
             controllers.Objective,
@@ -282,7 +295,7 @@ def control() -> Samples:
     for name in ("Balance", "Crawl", "Exercise", "Jump", "Slide"):
         found[name] = (getattr(controllers, name), {})
         found[f"{name}.goals"] = (getattr(controllers, name)().goals, {"view": view()})
-    for name in ("Balance", "Crawl", "Exercise", "Jump", "Roll", "Slide", "Walk"):
+    for name in ("Balance", "Crawl", "Exercise", "Gesture", "Jump", "Roll", "Slide", "Walk"):
         found[f"{name}Gains"] = (getattr(controllers, f"{name}Gains"), {})
     return found
 

@@ -24,7 +24,7 @@ from warp_softbody import (
 )
 from warp_softbody.characters import letter_i
 from warp_softbody.scene_files.bodies import FRICTION, OWN, PLACE, START
-from warp_softbody.scene_files.motions import KINDS
+from warp_softbody.scene_files.motions import COMPOSED, ENDS, KINDS
 from warp_softbody.scene_files.reading import KEYS, WORLD
 from warp_softbody.scene_files.scene_file import RunOutput
 from warp_softbody.scene_files.shapes import OF_SURFACE, SHAPES
@@ -47,17 +47,17 @@ def test_fields_of_records(kind: type[Any]) -> None:
 
 
 def test_other_keys() -> None:
-    keys = (*KEYS, *WORLD, *OWN, FRICTION, *PLACE, *START, *OF_SURFACE, "for_body", "pose")
+    keys = (*KEYS, *WORLD, *OWN, FRICTION, *PLACE, *START, *OF_SURFACE, "for_body", "pose", *ENDS)
     shapes = [key for own in SHAPES.values() for key in own]
     assert [key for key in (*keys, *shapes) if not in_code(key)] == []
     assert in_code("movers")
-    assert [kind for kind in KINDS if f'"{kind}"' not in PAGE] == []
+    assert [kind for kind in (*KINDS, *COMPOSED) if f'"{kind}"' not in PAGE] == []
 
 
 def test_blocks_are_scenes(tmp_path: Path) -> None:
     letter_i(coarse=1).save(tmp_path / "hero.char")
     blocks = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     for number, text in enumerate(blocks):
         (tmp_path / f"{number}.toml").write_text(text)
         file = scene_files.read(tmp_path / f"{number}.toml")

@@ -11,6 +11,7 @@ import numpy as np
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
+from warp_softbody.controllers.motions.motion_span import MotionSpan
 from warp_softbody.engine.part_rows import part_named
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.engine.stepper import Stepper
@@ -56,7 +57,13 @@ class ControlledBody:
         )
         masses = stepper.model.masses
         self._masses = masses if self._part is None else masses[self._part.nodes]
+        self._controller = controller
         self._solver = ControlSolver(controller, dynamics, options)
+
+    @property
+    def course(self) -> tuple[MotionSpan, ...]:
+        """The motions of its controller so far, where that takes several in sequence."""
+        return tuple(getattr(self._controller, "course", ()))
 
     def view(self, whole: BodyView) -> BodyView:
         """What the controller sees of a view of all bodies."""

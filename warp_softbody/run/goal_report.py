@@ -54,10 +54,12 @@ class GoalReport:
     Attributes:
         time: at which it began, s.
         outcomes: of all rows of all objectives.
+        motion: that was on, of a sequence of them; None of a controller that has one.
     """
 
     time: float
     outcomes: tuple[GoalOutcome, ...]
+    motion: str | None = None
 
     def __str__(self) -> str:
         """A table, a row a line."""
@@ -76,11 +78,14 @@ class GoalReport:
             )
             for line in lines
         )
-        return "\n".join((f"step at {self.time:.4g} s", *table))
+        motion = "" if self.motion is None else f", in the motion {self.motion!r}"
+        return "\n".join((f"step at {self.time:.4g} s{motion}", *table))
 
 
-def goal_report(decision: Decision, velocities: FloatArray) -> GoalReport:
-    """Of a decision and the velocities (n, 3) m/s that its step came to."""
+def goal_report(
+    decision: Decision, velocities: FloatArray, motion: str | None = None
+) -> GoalReport:
+    """Of a decision, the velocities (n, 3) m/s that came of it, and the motion that was on."""
     goals, maps, result = decision.goals, decision.maps, decision.result
     count = sum(len(objective.rows) for objective in goals.objectives)
     chosen = decision.rest_lengths - maps.lengths
@@ -108,4 +113,4 @@ def goal_report(decision: Decision, velocities: FloatArray) -> GoalReport:
                 )
             )
         begin += len(reached)
-    return GoalReport(time=decision.view.time, outcomes=tuple(outcomes))
+    return GoalReport(time=decision.view.time, outcomes=tuple(outcomes), motion=motion)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from warp_softbody.controllers.motions.motion_span import MotionSpan
 from warp_softbody.run.run_account import Findings
 
 PARTS = ("assembly", "solve", "contact", "control", "export")
@@ -83,6 +84,7 @@ class RunSummary:
             run were not asked for; "interrupted" by the user; "failed" where a step raised, as
             where a controller did; or "not finite".
         stage: path of the stage, or None.
+        motions: of a `Sequence` of the first controlled body, those that have begun.
     """
 
     scene: str
@@ -114,6 +116,7 @@ class RunSummary:
     findings: Findings
     status: str
     stage: str | None = None
+    motions: tuple[MotionSpan, ...] = ()
 
     @property
     def real_time_factor(self) -> float:
@@ -158,6 +161,7 @@ class RunSummary:
                 f"most {self.signorini:.2g} N, off Coulomb's by {self.coulomb:.2g} N",
             ),
             ("quality", self._quality()),
+            *([("motions", ", ".join(map(str, self.motions)))] if self.motions else []),
             *(halved if self.newton_halvings else []),
             *(rest if self.slept_steps else []),
             *(("in doubt", doubt) for doubt in self.findings.doubts),

@@ -477,6 +477,7 @@ class Simulation:
             simulated_seconds=self.time,
             slept_steps=self._sleep.slept,
             controlled=bool(self._controlled),
+            motions=self._controlled[0].course if self._controlled else (),
             status=self._status,
             stage=stage,
         )
@@ -490,7 +491,12 @@ class Simulation:
         if self._decision is None:
             raise InputError(f"no controller of {self.name!r} has decided in the last step")
         velocities = self._state.velocities.numpy().astype(np.float64)
-        return goal_report(self._decision, velocities[: self._decision.view.node_count])
+        course = self._controlled[0].course
+        return goal_report(
+            self._decision,
+            velocities[: self._decision.view.node_count],
+            course[-1].name if course else None,
+        )
 
     def count_export(self, seconds: float) -> None:
         """Add the wall time that the receiver of the last frame took, shared by its steps."""

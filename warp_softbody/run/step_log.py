@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from warp_softbody.controllers.control_solver import Decision
+from warp_softbody.controllers.motions.motion_span import MotionSpan
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.step_statistics import StepClock, StepStatistics
 from warp_softbody.run.run_account import Findings
@@ -101,6 +102,7 @@ class StepLog:
         simulated_seconds: float,
         slept_steps: int,
         controlled: bool,
+        motions: tuple[MotionSpan, ...],
         status: str,
         stage: str | None,
     ) -> RunSummary:
@@ -133,6 +135,7 @@ class StepLog:
             coulomb=self.coulomb,
             precision=model.options.precision,
             findings=findings,
+            motions=motions,
             status="doubtful" if status == "complete" and findings.doubts else status,
             stage=stage,
         )

@@ -6,10 +6,13 @@ import copy
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from warp_softbody.controllers.controller import Controller
+from warp_softbody.controllers.motions.combined import Combined
+from warp_softbody.controllers.motions.sequence import Sequence
 from warp_softbody.engine.muscle_layout import build_muscle_layout
 from warp_softbody.errors import InputError, MeshWarning
 from warp_softbody.scene_files.scene_file import FILES, RunOutput
@@ -34,13 +37,12 @@ def refuse_what_cannot_run(table: Table, plan: ScenePlan) -> None:
                 _embed_muscles(body)
     _refuse_coincident(table, plan.scene)
     if plan.controller is not None:
-        with table.table("controller").explained("kind"):
-            _ask(plan.controller, plan.scene, next(_bodies(table, plan.scene))[1], plan.time_step)
+        first = next(_bodies(table, plan.scene))[1]
+        _ask_all(table.table("controller"), plan.controller, plan, first)
     for each, body in _bodies(table, plan.scene):
         own = plan.others.get(body.character.name)
         if own is not None:
-            with each.table("controller").explained("kind"):
-                _ask(own, plan.scene, body, plan.time_step)
+            _ask_all(each.table("controller"), own, plan, body)
 
 
 def refuse_other_folders(table: Table, output: RunOutput, folder: Path) -> None:
@@ -85,6 +87,20 @@ def _refuse_coincident(table: Table, scene: Scene) -> None:
             if repr(body.character.name) in str(error):
                 each.fail(str(error))
         raise
+
+
+def _ask_all(table: Table, controller: Controller, plan: ScenePlan, body: Body) -> None:
+    """Ask a controller, or all that one is composed of, each told where it stands."""
+    if isinstance(controller, Sequence):
+        for own, motion in zip(table.tables("motions"), controller.motions, strict=True):
+            _ask_all(own, motion.controller, plan, body)
+    elif isinstance(controller, Combined):
+        for own, one in zip(table.tables("together"), controller.together, strict=True):
+            # no file has a function in place of a controller
+            _ask_all(own, cast(Controller, one), plan, body)
+    else:
+        with table.explained("kind"):
+            _ask(controller, plan.scene, body, plan.time_step)
 
 
 def _ask(controller: Controller, scene: Scene, body: Body, time_step: float) -> None:

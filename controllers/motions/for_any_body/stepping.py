@@ -90,6 +90,12 @@ class Stepping:
         self._left = self._home
         self._shift = self._next = np.zeros(3)
         self._drift = np.zeros(2)
+        self._swings = False
+
+    @property
+    def interruptible(self) -> bool:
+        """Whether no foot is off the ground."""
+        return not self._swings
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -103,6 +109,7 @@ class Stepping:
         moving = self._moving(now.number)
         self._follow(view, feet, moving, now)
         swung = moving if now.swing >= 0.0 else ()
+        self._swings = self._gains.lift > 0.0 and bool(swung)
         wanted = self._body(view, now)
         for foot in range(len(self._feet)):
             if foot in swung:
