@@ -13,6 +13,7 @@ from warp_softbody.controllers import objectives
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.for_any_body.righting import righting
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
 from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_walk
@@ -51,6 +52,7 @@ class WalkGains:
         leash: L, how far the plan may run ahead of the body.
         position: Kp, g/L, of the centre of mass.
         velocity: Kd, sqrt(g/L), of the same.
+        turn: g/L, how strongly the body is brought back to the orientation that it had at rest.
         spin: sqrt(g/L), decay of angular momentum.
         learning: sqrt(L/g), within which it is learnt what momentum a plan misses.
         momentum_weight: of the linear momentum, in units of m g dt.
@@ -73,6 +75,7 @@ class WalkGains:
     leash: float = field(default=0.25, metadata=dimension(length=1.0))
     position: float = field(default=9.174, metadata=dimension(time=-2.0))
     velocity: float = field(default=3.831, metadata=dimension(time=-1.0))
+    turn: float = field(default=0.0, metadata=dimension(time=-2.0))
     spin: float = field(default=1.916, metadata=dimension(time=-1.0))
     learning: float = field(default=0.6, metadata=dimension(time=1.0))
     momentum_weight: float = 0.005
@@ -92,8 +95,8 @@ class WalkGains:
             self,
             positive=("swing",),
             not_negative=(
-                *("lift", "touch_down", "leash", "position", "velocity", "spin", "learning"),
-                *("momentum_weight", "spin_weight", "foot_position", "foot_velocity"),
+                *("lift", "touch_down", "leash", "position", "velocity", "turn", "spin"),
+                *("learning", "momentum_weight", "spin_weight", "foot_position", "foot_velocity"),
                 *("foot_weight", "ease", "ease_time"),
             ),
             finite=("stride", "sway"),
@@ -231,7 +234,7 @@ class Walk:
         rate = self._missing.made_up(view, wanted)
         return (
             objectives.linear_momentum(view, rate, g.momentum_weight),
-            objectives.angular_momentum(view, -g.spin * view.angular_momentum, g.spin_weight),
+            objectives.angular_momentum(view, righting(view, g.turn, g.spin), g.spin_weight),
         )
 
     def _middle(self, home: FloatArray, time: float) -> FloatArray:
