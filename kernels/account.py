@@ -115,7 +115,7 @@ def make_account(precision: str) -> SimpleNamespace:
             exchanged[body] = exchanged[body] + size_of(total)
         gains[body] = gains[body] + work
 
-    @kernel
+    @types.kernel(SUBJECT, "pairs")
     def add_pairs(
         # model
         body_start: wp.array(dtype=int),

@@ -31,6 +31,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    plain = types.kernel(SUBJECT, "plain")
     tet = make_tets(precision, SUBJECT)
     deformation, by_corner = tet.deformation, tet.by_corner
     short = wp.constant(scalar(SHORT))
@@ -67,7 +68,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         moduli: wp.array(dtype=scalar)
         tensions: wp.array(dtype=scalar)
 
-    @kernel
+    @plain
     def stretch_fibers(
         # model
         first: int,
@@ -133,7 +134,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
             pulled = wp.max(stretch - limits[j] / rest_lengths[j], scalar(0.0))
         state.tensions[j] = modulus * pulled
 
-    @kernel
+    @plain
     def stiffen_tets(
         # model
         first: int,
@@ -189,7 +190,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
             place -= 1
         return 6 * t + place
 
-    @kernel
+    @plain
     def stiffen_edges(
         # model
         first: int,
@@ -256,7 +257,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
             stress += fibers.volume[k] * wp.outer(fibers.directions[j], pull)
         by_corner(4 * t, -(fibers.rest_inverse[t] * stress), forces)
 
-    @kernel
+    @plain
     def weigh_pairs(
         # model
         pair_weight: wp.array(dtype=scalar),
@@ -269,7 +270,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         k = wp.tid()
         weights[k] = pair_weight[k] * reciprocals[k]
 
-    @kernel
+    @plain
     def by_segment(
         # model
         segment_pair: wp.array(dtype=int),

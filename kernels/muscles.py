@@ -27,7 +27,7 @@ def make_muscles(precision: str) -> SimpleNamespace:
     def row(matrix: mat33, i: int):
         return vec3(matrix[i, 0], matrix[i, 1], matrix[i, 2])
 
-    @kernel
+    @types.kernel(SUBJECT, "fibers")
     def fiber_points(
         # model
         point_nodes: wp.array(dtype=wp.vec4i),

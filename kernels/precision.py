@@ -1,7 +1,8 @@
 """The two floating-point types, and where their kernels are compiled.
 
-Kernels of one subject and one precision share one Warp module, so that a run compiles only what it
-uses. Gradients are never asked for; without them kernels compile several times faster.
+Kernels that are launched together share one Warp module, by subject, part and precision, so that a
+run compiles only what it uses. Gradients are never asked for; without them kernels compile several
+times faster.
 """
 
 from dataclasses import dataclass
@@ -44,9 +45,13 @@ class Real:
     block: Any
     tiny: float
 
-    def kernel(self, subject: str) -> Any:
-        """Decorator for a kernel of a subject in this precision."""
-        return wp.kernel(enable_backward=False, module=self._module(subject))
+    def kernel(self, subject: str, part: str = "") -> Any:
+        """Decorator for a kernel of a subject in this precision.
+
+        Kernels that other scenes or devices need than the rest of a subject are a part of it, with
+        a module of their own; those that native code replaces on processors are its "plain" part.
+        """
+        return wp.kernel(enable_backward=False, module=self._module(subject, part))
 
     def func(self, subject: str) -> Any:
         """Decorator for a function used by kernels of this precision."""
@@ -61,7 +66,8 @@ class Real:
         name = {"float32": "float", "float64": "double"}[self.name]
         return wp.func_native(snippet.replace("SCALAR", name).replace("LANES", str(BLOCK)))
 
-    def _module(self, subject: str) -> str:
+    def _module(self, subject: str, part: str = "") -> str:
+        subject = f"{subject}_{part}" if part else subject
         name = f"warp_softbody.kernels.{subject}.{self.name}"
         MODULES.add(name)
         return name

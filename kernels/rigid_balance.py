@@ -209,7 +209,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         if free_to_turn:
             carry[2 * group + 1] = turning - turned
 
-    @kernel
+    @types.kernel(SUBJECT, "pairs")
     def join_touching(
         # model
         node_start: wp.array(dtype=int),

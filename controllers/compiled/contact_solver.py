@@ -19,7 +19,8 @@ from warp_softbody.controllers.qpcc.result import (
     SolverOptions,
 )
 from warp_softbody.controllers.qpcc.solve import solve_qpcc
-from warp_softbody.device.host_program import HostProgram
+from warp_softbody.device.host_program import DEVICE, HostProgram
+from warp_softbody.device.kernel_loading import prepare
 from warp_softbody.inputs.records import unchecked
 from warp_softbody.kernels.control.contact_search import make_contact_search
 from warp_softbody.kernels.control.search_layout import (
@@ -86,7 +87,8 @@ class CompiledSearch:
     """``solve_qpcc`` of one step after another, native where a problem allows it."""
 
     def __init__(self) -> None:
-        """No arrays yet."""
+        """No arrays yet; its kernel, which takes longest to compile, is begun early."""
+        prepare(DEVICE, [make_contact_search().solve])
         self._rooms: dict[tuple[int, int, int, int], _Room] = {}
 
     def solve(

@@ -108,7 +108,7 @@ def make_active_set(
                     change[i] = change[i] + lacks * n
             constraints[i] = kind
 
-    @kernel
+    @types.kernel(subject, "fixed")
     def hold_fixed(
         # model
         fixed: wp.array(dtype=int),

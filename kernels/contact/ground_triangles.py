@@ -93,7 +93,7 @@ def make_ground_triangles(precision: str) -> SimpleNamespace:
         normals[i] = vec3(found[0], found[1], found[2])
         normal_velocity[c] = wp.min(-found[3] / step_factors[0], recovery_speed)
 
-    @kernel
+    @types.kernel(SUBJECT, "measure")
     def measure(
         # model
         surface: TriangleSurface,

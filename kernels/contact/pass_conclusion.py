@@ -81,7 +81,7 @@ def make_pass_conclusion(precision: str) -> SimpleNamespace:
         worst[0] = tally.worst
         next_stage(tally.changed, tally.pressed, max_passes, counters)
 
-    @kernel
+    @types.kernel(SUBJECT, "pairs")
     def conclude_pairs(
         # model
         max_passes: int,

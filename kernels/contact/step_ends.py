@@ -80,7 +80,7 @@ def make_step_ends(precision: str) -> SimpleNamespace:
         start[i] = first
         moved.change[i] = first
 
-    @kernel
+    @types.kernel(SUBJECT, "iterations")
     def newton_right_side(
         # model
         step_factors: wp.array(dtype=scalar),
@@ -104,7 +104,7 @@ def make_step_ends(precision: str) -> SimpleNamespace:
         sides.right[i] = known
         sides.right_with_slip[i] = known + friction_forces[i]
 
-    @kernel
+    @types.kernel(SUBJECT, "iterations")
     def begin_iteration(
         # out
         counters: wp.array(dtype=int),
@@ -140,7 +140,7 @@ def make_step_ends(precision: str) -> SimpleNamespace:
         next_velocities[i] = velocity
         next_positions[i] = positions[i] + step_factors[0] * velocity
 
-    @kernel
+    @types.kernel(SUBJECT, "iterations")
     def add_up(
         # in
         before: wp.array(dtype=vec3),
@@ -151,7 +151,7 @@ def make_step_ends(precision: str) -> SimpleNamespace:
         i = wp.tid()
         velocities[i] = before[i] + change[i]
 
-    @kernel
+    @types.kernel(SUBJECT, "iterations")
     def take_difference(
         # in
         before: wp.array(dtype=vec3),

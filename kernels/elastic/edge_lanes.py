@@ -176,7 +176,7 @@ def make_edge_lanes(precision: str) -> SimpleNamespace:
         )
         # fmt: on
 
-    @kernel
+    @types.kernel(SUBJECT, "exact")
     def exact(
         # model
         edge_start: wp.array(dtype=int),
@@ -197,7 +197,7 @@ def make_edge_lanes(precision: str) -> SimpleNamespace:
         )
         # fmt: on
 
-    @kernel
+    @types.kernel(SUBJECT, "coupled_linear")
     def coupled_linear(
         # model
         edge_start: wp.array(dtype=int),
@@ -218,7 +218,7 @@ def make_edge_lanes(precision: str) -> SimpleNamespace:
         )
         # fmt: on
 
-    @kernel
+    @types.kernel(SUBJECT, "coupled_exact")
     def coupled_exact(
         # model
         edge_start: wp.array(dtype=int),

@@ -105,7 +105,7 @@ def make_node_lanes(precision: str) -> SimpleNamespace:
         momentum: wp.array(dtype=vec3),
     ): ...
 
-    @kernel
+    @types.kernel(SUBJECT, "turns")
     def mean_turns(
         # model
         node_start: wp.array(dtype=int),

@@ -28,6 +28,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
+    plain = types.kernel(SUBJECT, "plain")
     closest_rotation = make_rotation(precision, SUBJECT).closest_rotation
 
     tet = make_tets(precision, SUBJECT)
@@ -58,7 +59,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
         if muscular != 0:
             area_rows[t] = rest_volume[t] * (B * wp.transpose(cofactor(F)))
 
-    @kernel
+    @plain
     def mean_edges(
         # model
         edge_start: wp.array(dtype=int),
@@ -102,7 +103,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
             rotations[edge] = R
         stresses[edge] = (lame[0] * scalar(0.3333333333333333)) * (F - R)
 
-    @kernel
+    @plain
     def stress_nodes(
         # model
         node_start: wp.array(dtype=int),
@@ -132,7 +133,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
         rotations[i] = R
         stresses[i] = (scalar(0.25) * lame[1] * stretch) * R
 
-    @kernel
+    @plain
     def smoothed_tets(
         # model
         tets: wp.array(dtype=wp.vec4i),
@@ -172,7 +173,7 @@ def make_smoothing(precision: str) -> SimpleNamespace:
             by_corner(16 * t + 4 * k, turned, volume_gradients)
         by_corner(4 * t, (-volume) * (B * wp.transpose(stress)), forces)
 
-    @kernel
+    @plain
     def smoothed_edges(
         # model
         edge_start: wp.array(dtype=int),

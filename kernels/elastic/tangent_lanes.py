@@ -8,8 +8,9 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_softbody.kernels.elastic.tangent import SUBJECT
 from warp_softbody.kernels.precision import BLOCK, real
+
+SUBJECT = "tangent_lanes"
 
 GROUP = BLOCK
 """Tets side by side."""

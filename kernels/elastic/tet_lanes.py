@@ -197,7 +197,7 @@ def make_tet_lanes(precision: str) -> SimpleNamespace:
             t += 1
         # fmt: on
 
-    @kernel
+    @types.kernel(SUBJECT, "exact")
     def deform_exact(
         # model
         tets: wp.array(dtype=wp.vec4i),

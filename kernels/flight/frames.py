@@ -119,7 +119,7 @@ def make_frames(precision: str) -> SimpleNamespace:
         i = wp.tid()
         loaded[i] = right[i] + loads[i]
 
-    @kernel
+    @types.kernel(SUBJECT, "place")
     def place(
         # model
         step_factors: wp.array(dtype=scalar),

@@ -42,7 +42,7 @@ def make_flight_groups(precision: str) -> SimpleNamespace:
     least_swelling = wp.constant(wp.float64(LEAST_SWELLING))
     swelling_span = wp.constant(wp.float64(FULL_SWELLING - LEAST_SWELLING))
 
-    @kernel
+    @types.kernel(SUBJECT, "pairs")
     def join_pushed(
         # model
         body_start: wp.array(dtype=int),
@@ -65,7 +65,7 @@ def make_flight_groups(precision: str) -> SimpleNamespace:
                 group = groups[body_of(nodes[c][0], body_start)]
                 merge_groups(group, groups[body_of(nodes[c][2], body_start)], groups)
 
-    @kernel
+    @types.kernel(SUBJECT, "pairs")
     def spread_impulses(
         # model
         body_start: wp.array(dtype=int),

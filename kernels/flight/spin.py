@@ -67,9 +67,11 @@ def make_spin(precision: str) -> SimpleNamespace:
         mean = momentum
         miss = momentum
         # Newton's method for a step that grows, as a slender body may wobble many times a step
-        for stage in range(axis_stages):
+        # counts that Warp does not know: written out, these loops take half a second to compile
+        stages, iterations = int(axis_stages), int(axis_iterations)
+        for stage in range(stages):
             part = half * step * wp.float64(stage + 1) / wp.float64(axis_stages)
-            for _k in range(axis_iterations):
+            for _k in range(iterations):
                 rate = inverse * mean
                 miss = mean - part * wp.cross(mean, rate) - momentum
                 slope = identity - part * (wp.skew(mean) * inverse - wp.skew(rate))

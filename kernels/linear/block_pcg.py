@@ -22,6 +22,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    plain = types.kernel(SUBJECT, "plain")
     width = wp.constant(BLOCK)
 
     @func
@@ -68,7 +69,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         mass = damped_masses[i]
         return y0 + mass * own0, y1 + mass * own1, y2 + mass * own2
 
-    @kernel
+    @plain
     def residual(
         # model
         chunk: int,
@@ -206,7 +207,7 @@ def make_block_gradients(precision: str) -> SimpleNamespace:
         for i in range(3 * c * chunk, 3 * wp.min((c + 1) * chunk, count)):
             p[b, i] = z[b, i] + wp.cw_mul(beta, p[b, i])
 
-    @kernel
+    @plain
     def curvature(
         # model
         chunk: int,

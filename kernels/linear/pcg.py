@@ -26,6 +26,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    plain = types.kernel(SUBJECT, "plain")
     structs = make_linear_structs(precision)
     NodeConstraints, ResidualSums = structs.NodeConstraints, structs.ResidualSums
     stopping = make_stopping(precision)
@@ -65,7 +66,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         moved = mass * (now - start)
         return double_dot(moved, moved)
 
-    @kernel
+    @plain
     def filtered_product(
         # model
         chunk: int,
@@ -108,7 +109,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         stiff = wp.max(total_of(partial), wp.float64(0.0))
         scalars[Scalar.CURVATURE] = total_of(mass_partial) + stiff
 
-    @kernel
+    @plain
     def direction(
         # model
         chunk: int,
@@ -127,7 +128,7 @@ def make_conjugate_gradients(precision: str) -> SimpleNamespace:
         for i in range(c * chunk, wp.min((c + 1) * chunk, z.shape[0])):
             p[i] = z[i] + beta * p[i]
 
-    @kernel
+    @plain
     def advance(
         # model
         chunk: int,
@@ -180,7 +181,7 @@ def make_products(precision: str) -> SimpleNamespace:
     """Kernels ``residual`` and ``product``; ``product_lanes`` has the same in native code."""
     types = real(precision)
     vec3, mat33 = types.vec3, types.mat33
-    kernel = types.kernel(SUBJECT)
+    plain = types.kernel(SUBJECT, "plain")
     double_dot = make_stopping(precision).double_dot
     iteration = make_conjugate_gradients(precision)
     project, moved_square = iteration.project, iteration.moved_square
@@ -191,7 +192,7 @@ def make_products(precision: str) -> SimpleNamespace:
     MatrixRows, ResidualSums = structs.MatrixRows, structs.ResidualSums
     NodeConstraints = structs.NodeConstraints
 
-    @kernel
+    @plain
     def residual(
         # model
         chunk: int,
@@ -230,7 +231,7 @@ def make_products(precision: str) -> SimpleNamespace:
         sums.moved[c] = moved
         sums.net[c] = net
 
-    @kernel
+    @plain
     def product(
         # model
         chunk: int,

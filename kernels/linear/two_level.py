@@ -27,6 +27,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
+    plain = types.kernel(SUBJECT, "plain")
 
     project = cg.make_conjugate_gradients(precision).project
     part_of_row = make_rows(precision, SUBJECT).part_of_row
@@ -60,7 +61,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
             inverse = wp.inverse(pivot)
         pivot_inverse[i] = scalar(0.5) * (inverse + wp.transpose(inverse))
 
-    @kernel
+    @plain
     def sweep_forward(
         # model
         row_start: wp.array(dtype=int),
@@ -77,7 +78,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
             known = part_of_row(row_start[i], diagonal_slot[i], column, values, z)
             z[i] = pivot_inverse[i] * (residual[i] - known)
 
-    @kernel
+    @plain
     def restrict(
         # model
         row_start: wp.array(dtype=int),
@@ -110,7 +111,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         coarse[2 * aggregate] = force
         coarse[2 * aggregate + 1] = moment
 
-    @kernel
+    @plain
     def prolong(
         # model
         aggregate_of: wp.array(dtype=int),
@@ -129,7 +130,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
             motion = coarse[2 * aggregate] + wp.cross(coarse[2 * aggregate + 1], offsets[i])
             z[i] = z[i] + project(constraints[i], constraint_axes[i], rotations[i] * motion)
 
-    @kernel
+    @plain
     def sweep_backward(
         # model
         row_start: wp.array(dtype=int),
@@ -199,7 +200,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         z[b, 3 * i + 1] = z1
         z[b, 3 * i + 2] = z2
 
-    @kernel
+    @plain
     def sweep_forward_block(
         # model
         row_start: wp.array(dtype=int),
@@ -217,7 +218,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
             y0, y1, y2 = block_row(b, row_start[i], diagonal_slot[i], column, values, z)
             relax_block(b, i, pivot_inverse[i], residual, y0, y1, y2, z)
 
-    @kernel
+    @plain
     def restrict_block(
         # model
         row_start: wp.array(dtype=int),
@@ -262,7 +263,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
         coarse[b, first + 4] = -m1
         coarse[b, first + 5] = -m2
 
-    @kernel
+    @plain
     def prolong_block(
         # model
         aggregate_of: wp.array(dtype=int),
@@ -290,7 +291,7 @@ def make_two_level(precision: str) -> SimpleNamespace:
             z[b, 3 * i + 1] = z[b, 3 * i + 1] + u1
             z[b, 3 * i + 2] = z[b, 3 * i + 2] + u2
 
-    @kernel
+    @plain
     def sweep_backward_block(
         # model
         row_start: wp.array(dtype=int),

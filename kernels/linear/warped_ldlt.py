@@ -24,6 +24,7 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     """Kernels of the turns and of the solve, in the order of their launch."""
     types = real(precision)
     mat33, block, kernel = types.mat33, types.block, types.kernel(SUBJECT)
+    plain = types.kernel(SUBJECT, "plain")
 
     @kernel
     def keep_rotations(
@@ -46,7 +47,7 @@ def make_cholesky(precision: str) -> SimpleNamespace:
         i = wp.tid()
         turns[i] = node_rotations[i] * wp.transpose(factor_rotations[i])
 
-    @kernel
+    @plain
     def precondition_block(
         # model
         count: int,

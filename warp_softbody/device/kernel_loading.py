@@ -1,14 +1,18 @@
-"""Kernels are loaded side by side, and compiled where they are not yet, before they are launched.
+"""Kernels are compiled side by side, and those alone that are launched.
 
 Left to itself Warp compiles a module when the first of its kernels is launched: one by one.
-Clang takes nine tenths of that time, and needs nothing of Python's meanwhile.
+Clang takes nine tenths of that time, and needs nothing of Python's meanwhile. So whoever knows
+what will be launched says so early (`prepare`), and what waits for kernels waits for all of them
+at once (`load`). Modules on the disk are loaded at once, where they are asked for.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -16,43 +20,132 @@ import warp as wp
 MOST_WORKERS = 8
 """Compilers at work at once; each takes some 200 MB."""
 
+THREADS_OF_A_BLOCK = 1
+"""Of launches on processors, for which modules have files of their own."""
 
-def load_side_by_side(device: str, names: Iterable[str]) -> None:
-    """Load modules of kernels that are not loaded yet, on all cores that this process may use.
+_builds: dict[Any, Future[None]] = {}
+"""Modules that are compiled, or are to be."""
 
-    Modules for graphics cards are left to their launches, since not all of them are for processors
-    too, nor all of these for cards.
+_asked: list[set[Any]] = []
+"""Not empty while launches are told apart: those that cannot be made are put down in the last."""
 
-    Args:
-        device: where they are launched.
-        names: of the modules.
+_none_is_made: list[bool] = []
+"""Not empty while no launch is made, but each put down."""
+
+
+def is_compiling() -> bool:
+    """Whether this process has found a module that is not on the disk."""
+    return bool(_builds)
+
+
+def prepare(device: str, kernels: Iterable[Any]) -> None:
+    """Begin to compile the modules of kernels that will be launched, as far as they are not yet.
+
+    Modules for graphics cards are left to their launches.
     """
-    modules = [wp.get_module(name) for name in sorted(names)]
-    if device != "cpu" or any(_is_on_card(module) for module in modules):
+    if _is_processor(device):
+        for module in _modules(kernels):
+            if module not in _builds and not _is_loaded(module) and not _is_compiled(module):
+                _builds[module] = _pool().submit(_build, module)
+
+
+def load(device: str, kernels: Iterable[Any]) -> None:
+    """Load the modules of kernels, compiled on all cores that this process may use."""
+    if not _is_processor(device):
         return
-    waiting = [module for module in modules if len(module.kernels) and not module.execs]
-    if not waiting:
-        return
-    # alone, for what all compilers share is made by the first of them
-    first, *others = sorted(waiting, key=lambda module: len(module.kernels))
-    _load(first)
-    with ThreadPoolExecutor(max_workers=_workers()) as pool:
-        loads = [pool.submit(_load, module) for module in others]
-        try:
-            for load in loads:
-                load.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    kernels = list(kernels)
+    prepare(device, kernels)
+    for module in _modules(kernels):
+        if module in _builds:
+            try:
+                _builds[module].result()
+            except BaseException:
+                _builds.pop(module, None)
+                raise
+        if not _is_loaded(module):
+            _load(module)
+
+
+def can_launch(device: str, kernel: Any) -> bool:
+    """Whether a launch can be made; what is missing is loaded, or put down for later."""
+    if _none_is_made:
+        _asked[-1].add(kernel)
+        return False
+    if not _is_processor(device) or _is_loaded(kernel.module):
+        return True
+    if not _asked or _is_compiled(kernel.module):
+        load(device, [kernel])
+        return True
+    _asked[-1].add(kernel)
+    return False
+
+
+def missing(launch: Callable[[], None]) -> set[Any]:
+    """Launch what can be; return kernels that could not, for they are still to be compiled."""
+    return _put_down(launch)
+
+
+def asked_for(launch: Callable[[], None]) -> set[Any]:
+    """The kernels that ``launch`` launches; none is launched."""
+    _none_is_made.append(True)
+    try:
+        return _put_down(launch)
+    finally:
+        _none_is_made.pop()
+
+
+def forget_builds() -> None:
+    """Let modules be compiled again, once those that are at work have ended."""
+    for build in [*_builds.values()]:
+        if not build.cancel():
+            build.exception()
+    _builds.clear()
+
+
+def _put_down(launch: Callable[[], None]) -> set[Any]:
+    found: set[Any] = set()
+    _asked.append(found)
+    try:
+        launch()
+    finally:
+        _asked.pop()
+    return found
+
+
+def _modules(kernels: Iterable[Any]) -> list[Any]:
+    """Those of kernels, each once, in their order."""
+    return list(dict.fromkeys(kernel.module for kernel in kernels))
+
+
+def _is_processor(device: str) -> bool:
+    return device == "cpu"
+
+
+def _is_loaded(module: Any) -> bool:
+    """Whether a module can be launched on the processor."""
+    return any(context is None for context, _ in module.execs)
+
+
+def _is_compiled(module: Any) -> bool:
+    """Whether a module is on the disk, for this processor or a similar one."""
+    name = module.get_module_identifier(THREADS_OF_A_BLOCK)
+    return os.path.isdir(os.path.join(str(wp.config.kernel_cache_dir), name))
+
+
+def _build(module: Any) -> None:
+    """Compile and load, unless the process is about to end."""
+    if threading.main_thread().is_alive() and not _is_loaded(module):
+        _load(module)
 
 
 def _load(module: Any) -> None:
     wp.force_load("cpu", modules=[module], max_workers=0)
 
 
-def _is_on_card(module: Any) -> bool:
-    """Whether a module is loaded somewhere else than on the processor."""
-    return any(context is not None for context, _ in module.execs)
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """Threads that compile; each has read Warp's header once it has compiled a module."""
+    return ThreadPoolExecutor(max_workers=_workers(), thread_name_prefix="kernels")
 
 
 def _workers() -> int:

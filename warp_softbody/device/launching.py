@@ -14,6 +14,8 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.device.kernel_loading import can_launch
+
 GROUPS = ("# model", "# in", "# in and out", "# out")
 """Comment lines that begin a group, in their order; a kernel may lack some."""
 
@@ -76,4 +78,5 @@ def launch(
             f"{kernel.key} declares {declared[0]} inputs and {declared[1]} outputs, "
             f"got {given[0]} and {given[1]}"
         )
-    wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)
+    if can_launch(device, kernel):
+        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=device)

@@ -21,7 +21,14 @@ from typing import Any
 
 import warp as wp
 
-from warp_softbody.device.kernel_loading import load_side_by_side
+from warp_softbody.device.kernel_loading import (
+    asked_for,
+    forget_builds,
+    is_compiling,
+    load,
+    missing,
+    prepare,
+)
 from warp_softbody.device.turns import TURNS
 from warp_softbody.errors import InputError, OutputError, SoftBodyError
 
@@ -80,16 +87,30 @@ def captured(device: str, launch: Callable[[], None]) -> Any:
     Raises:
         OutputError: they can neither be loaded nor built.
     """
-    from warp_softbody.kernels.precision import MODULES
 
     def capture() -> Any:
-        load_side_by_side(device, MODULES)
         with wp.ScopedCapture(device=device) as scope:
-            launch()
-        return scope.graph
+            kernels = missing(launch)
+        if not kernels:
+            return scope.graph
+        # launches were left out
+        load(device, kernels)
+        return capture()
 
     with TURNS.alone():
         return with_kernels(capture)
+
+
+def prepare_captures(device: str, launch: Callable[[], None]) -> None:
+    """Begin to compile what ``launch`` launches, where this process compiles at all.
+
+    Whoever launches later waits the less. Nothing is launched here.
+    """
+    if device != "cpu" or not is_compiling():
+        return
+    with TURNS.alone(), wp.ScopedCapture(device=device):
+        kernels = asked_for(launch)
+    prepare(device, kernels)
 
 
 def with_kernels(use: Callable[[], Any]) -> Any:
@@ -244,6 +265,7 @@ def _forget_failures() -> None:
     """Warp remembers that a module could not be built; let it try again."""
     from warp_softbody.kernels.precision import MODULES
 
+    forget_builds()
     for name in MODULES:
         wp.get_module(name).mark_modified()  # type: ignore[no-untyped-call]
 

@@ -13,7 +13,7 @@ import warp as wp
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.launching import launch
-from warp_softbody.device.warp_runtime import captured
+from warp_softbody.device.warp_runtime import captured, prepare_captures
 from warp_softbody.engine.muscle_map import MuscleMap
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.kernels.linear.block_lanes import lanes_on
@@ -72,6 +72,7 @@ class BlockSolver:
             model.zeros(model.node_count, types.mat33),
         )
         self._allocate(-(-row_capacity // BLOCK))
+        prepare_captures(options.device, self._launch)
 
     def _allocate(self, blocks: int) -> None:
         """Work arrays for a number of blocks of rows, and no graphs yet."""

@@ -11,9 +11,11 @@ import numpy.typing as npt
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.device.allocator import Allocator, DeviceArray
+from warp_softbody.device.kernel_loading import prepare
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.warp_runtime import check_device
 from warp_softbody.engine.contact_tolerances import speed_share
+from warp_softbody.engine.first_kernels import first_kernels
 from warp_softbody.engine.linear_system import build_levels, build_linear_system
 from warp_softbody.engine.material_parts import MaterialPart, material_parts
 from warp_softbody.engine.model_arrays import ModelArrays
@@ -151,6 +153,8 @@ def build_model(scene: Scene, options: SimulationOptions, *, like: Model | None 
     options = replace(options)
     check_device(options.device)
     options = with_choices(options, scene)
+    if options.native_code:
+        prepare(options.device, first_kernels(options.precision))
     _refuse_mixtures(scene, options)
     if like is not None and not same_meshes(scene, like.scene):
         like = None

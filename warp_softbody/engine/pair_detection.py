@@ -12,6 +12,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.surface_edges import SurfaceEdges
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
+from warp_softbody.device.warp_runtime import captured
 from warp_softbody.engine.contact_arrays import EdgeCandidates, FoundPairs, NodeCandidates
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.state import PairStates, State
@@ -149,10 +150,10 @@ class PairDetection:
         self._tree.refit()
         key = (id(state), id(states))
         if key not in self._graphs:
-            with wp.ScopedCapture(device=self._model.options.device) as capture:
-                self._launch_search(state, states)
+            device = self._model.options.device
+            graph = captured(device, lambda: self._launch_search(state, states))
             # the states are kept alive, so that their identities are not used again
-            self._graphs[key] = (capture.graph, state, states)
+            self._graphs[key] = (graph, state, states)
         wp.capture_launch(self._graphs[key][0])
 
     def _launch_search(self, state: State, states: PairStates) -> None:

@@ -18,7 +18,7 @@ from warp_softbody.device.host_view import HostView, HostViews
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.device.turns import shares_warp
-from warp_softbody.device.warp_runtime import captured
+from warp_softbody.device.warp_runtime import captured, prepare_captures
 from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.assembly import Assembly
 from warp_softbody.engine.contact_solver import ContactSolver
@@ -104,6 +104,16 @@ class Stepper:
         self._phase_graphs: dict[int, Any] = {}
         threads = model.options.threads
         self._workers = Workers(threads, self._device) if threads > 1 else None
+
+    @shares_warp
+    def prepare(self, state: State, control: Control, contacts: Contacts, after: State) -> None:
+        """Begin to compile what steps launch, where kernels have to be compiled at all.
+
+        A loop of one's own need not ask for it: it saves time before the first step, while other
+        things are made ready.
+        """
+        own = (state, control, contacts, after)
+        prepare_captures(self._device, lambda: self._launch_parts(PARTS, *own))
 
     @shares_warp
     def assemble(self, state: State) -> None:
@@ -231,19 +241,27 @@ class Stepper:
             self._run_assembly(state)
             return
 
-        def launch_parts() -> None:
-            launches: dict[Part, Callable[[], None]] = {
-                "assembly": lambda: self._launch_assembly(state),
-                "solve": lambda: self._launch_solve(state, control, contacts),
-                "contact": lambda: self._launch_contact(state, control, contacts, after),
-            }
-            for part in parts:
-                launches[part]()
-
-        ends = (after,) if "contact" in parts else ()
-        self._replay(parts, (state, control, contacts, *ends), launch_parts)
+        own = (state, control, contacts, after)
+        ends = own if "contact" in parts else own[:-1]
+        self._replay(parts, ends, lambda: self._launch_parts(parts, *own))
         if "solve" in parts:
             self._renewal.done()
+
+    def _launch_parts(
+        self,
+        parts: tuple[Part, ...],
+        state: State,
+        control: Control,
+        contacts: Contacts,
+        after: State,
+    ) -> None:
+        launches: dict[Part, Callable[[], None]] = {
+            "assembly": lambda: self._launch_assembly(state),
+            "solve": lambda: self._launch_solve(state, control, contacts),
+            "contact": lambda: self._launch_contact(state, control, contacts, after),
+        }
+        for part in parts:
+            launches[part]()
 
     def account(self) -> Account:
         """What all steps so far did to the bodies' momentum, and contact to their energy."""

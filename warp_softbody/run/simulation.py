@@ -141,6 +141,7 @@ class Simulation:
         self._controlled = controlled_bodies(
             *(self.stepper, self.control_options, controller, others, name)
         )
+        self.stepper.prepare(self._state, self.control, self.contacts, self._after)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
         self._decision: Decision | None = None
         self._snapshots = Snapshots(self.model)
