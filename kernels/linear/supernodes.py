@@ -1,9 +1,11 @@
 """Solves with the block factor L D L^T by panels: runs of columns that share their rows.
 
-A panel is kept by columns, so that y -= L z runs over 16 rows at once, and by rows, so that
-z -= L^T y runs over all its columns. ``warp_softbody.linear.supernodes`` lays the panels out. One
-logical thread walks the runs. The walk is native code: on Warp's arrays, the reckoning of indices
-would take three times as long as the arithmetic.
+``warp_softbody.linear.supernodes`` lays the panels out: a register holds 16 rows of one column. A
+solve walks the runs, first to last and back, in one logical thread and in native code for
+processors. Both ways read the same panels, so that the way back finds small factors in the cache.
+``warped_ldlt`` has the plain form, which runs on every other device and is the tests' reference.
+
+Vectors have four numbers a node here, the last of them zero.
 """
 
 from functools import cache
@@ -18,100 +20,170 @@ SUBJECT = "supernodes"
 PACK = """
     const int s = owner.data[k], nodes = first.data[s + 1] - first.data[s];
     const int row = 3 * (k - below_start.data[s]);
-    SCALAR* rows = (SCALAR*)by_row.data + 3 * LANES * k;
     for (int a = 0; a < 3; ++a) {
         const int group = panel_start.data[s] + (row + a) / LANES * 3 * nodes;
-        SCALAR* columns = (SCALAR*)by_column.data + LANES * group + (row + a) % LANES;
+        SCALAR* columns = (SCALAR*)panels.data + LANES * group + (row + a) % LANES;
         for (int j = 0; j < nodes; ++j) {
             const int slot = below_slot.data[WIDEST * k + j];
             if (slot < 0) continue;
             const SCALAR* entry = (const SCALAR*)lower.data + 9 * slot + 3 * a;
-            for (int b = 0; b < 3; ++b) {
-                columns[LANES * (3 * j + b)] = entry[b];
-                rows[LANES * a + 3 * j + b] = entry[b];
-            }
+            for (int b = 0; b < 3; ++b) columns[LANES * (3 * j + b)] = entry[b];
         }
     }
 """.replace("WIDEST", str(BLOCK // 3))
 
-FORWARD = """
-    SCALAR* y = work.data;
-    for (int i = 0; i < count; ++i) {
-        const SCALAR* Q = (const SCALAR*)turns.data + 9 * order.data[i];
-        const SCALAR* r = (const SCALAR*)residual.data + 3 * order.data[i];
-        for (int a = 0; a < 3; ++a)
-            y[3 * i + a] = Q[a] * r[0] + Q[3 + a] * r[1] + Q[6 + a] * r[2];
-    }
-    const SCALAR* panels = (const SCALAR*)by_column.data;
-    const SCALAR* L = (const SCALAR*)lower.data;
-    const int* target = targets.data;
-    for (int s = 0; s < runs; ++s) {
-        const int start = first.data[s], end = first.data[s + 1], width = 3 * (end - start);
-        for (int i = start + 1; i < end; ++i) {
-            SCALAR sum0 = 0, sum1 = 0, sum2 = 0;
-            for (int t = inner_start.data[i]; t < row_start.data[i + 1]; ++t) {
-                const SCALAR* l = L + 9 * t;
-                const SCALAR* z = y + 3 * column.data[t];
-                sum0 += l[0] * z[0] + l[1] * z[1] + l[2] * z[2];
-                sum1 += l[3] * z[0] + l[4] * z[1] + l[5] * z[2];
-                sum2 += l[6] * z[0] + l[7] * z[1] + l[8] * z[2];
-            }
-            y[3 * i] -= sum0;
-            y[3 * i + 1] -= sum1;
-            y[3 * i + 2] -= sum2;
-        }
-        for (int panel = panel_start.data[s]; panel < panel_start.data[s + 1]; panel += width) {
-            SCALAR known[LANES] = {};
-            for (int c = 0; c < width; ++c) {
-                const SCALAR z = y[3 * start + c];
-                const SCALAR* p = panels + LANES * (panel + c);
-                for (int l = 0; l < LANES; ++l) known[l] += z * p[l];
-            }
-            for (int l = 0; l < LANES; ++l) y[target[l]] -= known[l];
-            target += LANES;
-        }
-    }
+# ``by_width`` calls work with the number of a run's columns, known when it is compiled; ``rows_of``
+# has the rows of a 3 x 3 matrix with something behind them, ``times`` its product with a vector.
+COMMON = """
+#pragma clang fp contract(fast)
+    typedef SCALAR lanes __attribute__((vector_size(LANES * sizeof(SCALAR)),
+                                        aligned(sizeof(SCALAR))));
+    typedef SCALAR quad __attribute__((vector_size(4 * sizeof(SCALAR)), aligned(sizeof(SCALAR))));
+    struct Columns3 { enum { count = 3 }; };
+    struct Columns6 { enum { count = 6 }; };
+    struct Columns9 { enum { count = 9 }; };
+    struct Columns12 { enum { count = 12 }; };
+    struct Columns15 { enum { count = 15 }; };
+    const auto by_width = [](int nodes, auto work) {
+        if (nodes == 1) work(Columns3{});
+        else if (nodes == 2) work(Columns6{});
+        else if (nodes == 3) work(Columns9{});
+        else if (nodes == 4) work(Columns12{});
+        else work(Columns15{});
+    };
+    const auto rows_of = [](const SCALAR* from, quad* to) {
+        const quad last = *(const quad*)(from + 5);
+        to[0] = *(const quad*)from;
+        to[1] = *(const quad*)(from + 3);
+        to[2] = __builtin_shufflevector(last, last, 1, 2, 3, 0);
+    };
+    // the sums of a, b and c
+    const auto sums = [](quad a, quad b, quad c) {
+        const quad zero = {};
+        const quad ab = __builtin_shufflevector(a, b, 0, 4, 1, 5)
+            + __builtin_shufflevector(a, b, 2, 6, 3, 7);
+        const quad cd = __builtin_shufflevector(c, zero, 0, 4, 1, 5)
+            + __builtin_shufflevector(c, zero, 2, 6, 3, 7);
+        return __builtin_shufflevector(ab, cd, 0, 1, 4, 5)
+            + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+    };
+    quad* y = (quad*)work.data;
+    SCALAR* beside = work.data + 4 * count;
+    const SCALAR* panel = (const SCALAR*)panels.data;
+    const SCALAR* L = (const SCALAR*)inner.data;
 """
 
-BACKWARD = """
-    SCALAR* y = work.data;
+FORWARD = (
+    COMMON
+    + """
     for (int i = 0; i < count; ++i) {
-        const SCALAR* D = (const SCALAR*)pivot_inverse.data + 9 * i;
-        const SCALAR z0 = y[3 * i], z1 = y[3 * i + 1], z2 = y[3 * i + 2];
-        for (int a = 0; a < 3; ++a)
-            y[3 * i + a] = D[3 * a] * z0 + D[3 * a + 1] * z1 + D[3 * a + 2] * z2;
+        quad Q[3];
+        rows_of((const SCALAR*)turns.data + 9 * order.data[i], Q);
+        const SCALAR* r = (const SCALAR*)residual.data + 3 * order.data[i];
+        quad turned = Q[0] * r[0] + Q[1] * r[1] + Q[2] * r[2];
+        turned[3] = 0;
+        y[i] = turned;
     }
-    const SCALAR* panels = (const SCALAR*)by_row.data;
-    const SCALAR* L = (const SCALAR*)lower.data;
-    for (int s = runs - 1; s >= 0; --s) {
-        const int start = first.data[s], end = first.data[s + 1], width = 3 * (end - start);
-        SCALAR known[LANES] = {};
-        for (int k = below_start.data[s]; k < below_start.data[s + 1]; ++k) {
-            const SCALAR* z = y + 3 * below.data[k];
-            const SCALAR* p = panels + 3 * LANES * k;
-            const SCALAR z0 = z[0], z1 = z[1], z2 = z[2];
-            for (int l = 0; l < LANES; ++l)
-                known[l] += z0 * p[l] + z1 * p[LANES + l] + z2 * p[2 * LANES + l];
-        }
-        for (int c = 0; c < width; ++c) y[3 * start + c] -= known[c];
-        for (int i = end - 1; i > start; --i) {
-            const SCALAR z0 = y[3 * i], z1 = y[3 * i + 1], z2 = y[3 * i + 2];
-            for (int t = inner_start.data[i]; t < row_start.data[i + 1]; ++t) {
-                const SCALAR* l = L + 9 * t;
-                SCALAR* x = y + 3 * column.data[t];
-                x[0] -= l[0] * z0 + l[3] * z1 + l[6] * z2;
-                x[1] -= l[1] * z0 + l[4] * z1 + l[7] * z2;
-                x[2] -= l[2] * z0 + l[5] * z1 + l[8] * z2;
+    for (int s = 0; s < runs; ++s) {
+        const int start = first.data[s], end = first.data[s + 1];
+        for (int i = start + 1; i < end; ++i) {
+            quad known0 = {}, known1 = {}, known2 = {};
+            const int to = inner_start.data[i + 1];
+            for (int t = inner_start.data[i], j = i - (to - t); t < to; ++t, ++j) {
+                quad l[3];
+                rows_of(L + 9 * t, l);
+                known0 += l[0] * y[j];
+                known1 += l[1] * y[j];
+                known2 += l[2] * y[j];
             }
+            y[i] -= sums(known0, known1, known2);
         }
-    }
-    for (int i = 0; i < count; ++i) {
-        const SCALAR* Q = (const SCALAR*)turns.data + 9 * order.data[i];
-        SCALAR* z = (SCALAR*)result.data + 3 * order.data[i];
-        for (int a = 0; a < 3; ++a)
-            z[a] = Q[3 * a] * y[3 * i] + Q[3 * a + 1] * y[3 * i + 1] + Q[3 * a + 2] * y[3 * i + 2];
+        const int rows = below_start.data[s + 1] - below_start.data[s];
+        by_width(end - start, [&](auto columns) {
+            enum { width = decltype(columns)::count };
+            lanes z[width];
+            for (int c = 0; c < width; ++c) z[c] = lanes{} + y[start + c / 3][c % 3];
+            const lanes* p = (const lanes*)panel + panel_start.data[s];
+            for (int row = 0; row < 3 * rows; row += LANES, p += width) {
+                lanes known = {};
+                for (int c = 0; c < width; ++c) known += z[c] * p[c];
+                *(lanes*)(beside + row) = known;
+            }
+        });
+        for (int k = 0; k < rows; ++k) {
+            quad known = *(const quad*)(beside + 3 * k);
+            known[3] = 0;
+            y[below.data[below_start.data[s] + k]] -= known;
+        }
     }
 """
+)
+
+BACKWARD = (
+    COMMON
+    + """
+#if defined(__AVX512F__)
+    enum { AT_ONCE = 15 };
+#else
+    enum { AT_ONCE = 3 };
+#endif
+    for (int s = runs - 1; s >= 0; --s) {
+        const int start = first.data[s], end = first.data[s + 1];
+        const int rows = below_start.data[s + 1] - below_start.data[s];
+        for (int k = 0; k < rows; ++k)
+            *(quad*)(beside + 3 * k) = y[below.data[below_start.data[s] + k]];
+        *(lanes*)(beside + 3 * rows) = lanes{};
+        for (int i = start; i < end; ++i) {
+            // symmetric
+            quad D[3];
+            rows_of((const SCALAR*)pivot_inverse.data + 9 * i, D);
+            quad z = D[0] * y[i][0] + D[1] * y[i][1] + D[2] * y[i][2];
+            z[3] = 0;
+            y[i] = z;
+        }
+        by_width(end - start, [&](auto columns) {
+            enum { width = decltype(columns)::count };
+            enum { at_once = width < AT_ONCE ? width : AT_ONCE };
+            for (int from = 0; from < width; from += at_once) {
+                lanes known[at_once] = {};
+                const lanes* p = (const lanes*)panel + panel_start.data[s] + from;
+                for (int row = 0; row < 3 * rows; row += LANES, p += width)
+                    for (int c = 0; c < at_once; ++c)
+                        known[c] += *(const lanes*)(beside + row) * p[c];
+                for (int c = 0; c < at_once; c += 3) {
+                    quad part[3];
+                    for (int a = 0; a < 3; ++a) {
+                        const lanes v = known[c + a];
+                        part[a] = (__builtin_shufflevector(v, v, 0, 1, 2, 3)
+                                   + __builtin_shufflevector(v, v, 4, 5, 6, 7))
+                            + (__builtin_shufflevector(v, v, 8, 9, 10, 11)
+                               + __builtin_shufflevector(v, v, 12, 13, 14, 15));
+                    }
+                    y[start + (from + c) / 3] -= sums(part[0], part[1], part[2]);
+                }
+            }
+        });
+        for (int i = end - 1; i > start; --i) {
+            const quad z = y[i];
+            const int to = inner_start.data[i + 1];
+            for (int t = inner_start.data[i], j = i - (to - t); t < to; ++t, ++j) {
+                quad l[3];
+                rows_of(L + 9 * t, l);
+                quad left = y[j] - (l[0] * z[0] + l[1] * z[1] + l[2] * z[2]);
+                left[3] = 0;
+                y[j] = left;
+            }
+        }
+        for (int i = start; i < end; ++i) {
+            quad Q[3];
+            rows_of((const SCALAR*)turns.data + 9 * order.data[i], Q);
+            const quad turned = sums(Q[0] * y[i], Q[1] * y[i], Q[2] * y[i]);
+            SCALAR* z = (SCALAR*)result.data + 3 * order.data[i];
+            for (int a = 0; a < 3; ++a) z[a] = turned[a];
+        }
+    }
+"""
+)
 
 
 @wp.struct
@@ -121,30 +193,25 @@ class PanelStructure:
     Attributes:
         count, runs: n and s.
         order: (n,) node of each column.
-        row_start, column: CSR of the blocks of L.
         first: (s + 1,) first column of each run, and the end.
-        inner_start: (n,) first block of each row that lies within its run.
+        inner_start: (n + 1,) first of the blocks within runs by row, and the end.
         below_start, below: CSR of the rows below each run.
-        panel_start: (s + 1,) first register by columns of each run, and the end.
-        targets: component that each lane of a register by columns is of; 3 n for none.
+        panel_start: (s + 1,) first register of each run, and the end.
     """
 
     count: int
     runs: int
     order: wp.array(dtype=int)
-    row_start: wp.array(dtype=int)
-    column: wp.array(dtype=int)
     first: wp.array(dtype=int)
     inner_start: wp.array(dtype=int)
     below_start: wp.array(dtype=int)
     below: wp.array(dtype=int)
     panel_start: wp.array(dtype=int)
-    targets: wp.array(dtype=int)
 
 
 @cache
 def make_supernodes(precision: str) -> SimpleNamespace:
-    """Kernels ``pack`` and ``precondition``."""
+    """Kernels ``pack``, ``pack_inner`` and ``precondition``."""
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
     kernel = types.kernel(SUBJECT)
@@ -159,8 +226,7 @@ def make_supernodes(precision: str) -> SimpleNamespace:
         owner: wp.array(dtype=int),
         panel_start: wp.array(dtype=int),
         lower: wp.array(dtype=mat33),
-        by_column: wp.array(dtype=block),
-        by_row: wp.array(dtype=block),
+        panels: wp.array(dtype=block),
     ): ...
 
     @kernel
@@ -174,26 +240,35 @@ def make_supernodes(precision: str) -> SimpleNamespace:
         # in
         lower: wp.array(dtype=mat33),
         # out
-        by_column: wp.array(dtype=block),
-        by_row: wp.array(dtype=block),
+        panels: wp.array(dtype=block),
     ):
         # the padding stays zero
+        pack_row(wp.tid(), first, below_start, below_slot, owner, panel_start, lower, panels)
+
+    @kernel
+    def pack_inner(
+        # model
+        inner_slot: wp.array(dtype=int),
+        # in
+        lower: wp.array(dtype=mat33),
+        # out
+        inner: wp.array(dtype=mat33),
+    ):
         k = wp.tid()
-        pack_row(k, first, below_start, below_slot, owner, panel_start, lower, by_column, by_row)
+        inner[k] = lower[inner_slot[k]]
 
     @native(FORWARD)
     def forward(
         count: int,
         runs: int,
         order: wp.array(dtype=int),
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
         first: wp.array(dtype=int),
         inner_start: wp.array(dtype=int),
+        below_start: wp.array(dtype=int),
+        below: wp.array(dtype=int),
         panel_start: wp.array(dtype=int),
-        targets: wp.array(dtype=int),
-        lower: wp.array(dtype=mat33),
-        by_column: wp.array(dtype=block),
+        inner: wp.array(dtype=mat33),
+        panels: wp.array(dtype=block),
         turns: wp.array(dtype=mat33),
         residual: wp.array(dtype=vec3),
         work: wp.array(dtype=scalar),
@@ -204,14 +279,13 @@ def make_supernodes(precision: str) -> SimpleNamespace:
         count: int,
         runs: int,
         order: wp.array(dtype=int),
-        row_start: wp.array(dtype=int),
-        column: wp.array(dtype=int),
         first: wp.array(dtype=int),
         inner_start: wp.array(dtype=int),
         below_start: wp.array(dtype=int),
         below: wp.array(dtype=int),
-        lower: wp.array(dtype=mat33),
-        by_row: wp.array(dtype=block),
+        panel_start: wp.array(dtype=int),
+        inner: wp.array(dtype=mat33),
+        panels: wp.array(dtype=block),
         pivot_inverse: wp.array(dtype=mat33),
         turns: wp.array(dtype=mat33),
         work: wp.array(dtype=scalar),
@@ -223,9 +297,8 @@ def make_supernodes(precision: str) -> SimpleNamespace:
         # model
         at: PanelStructure,
         # in
-        lower: wp.array(dtype=mat33),
-        by_column: wp.array(dtype=block),
-        by_row: wp.array(dtype=block),
+        inner: wp.array(dtype=mat33),
+        panels: wp.array(dtype=block),
         pivot_inverse: wp.array(dtype=mat33),
         turns: wp.array(dtype=mat33),
         residual: wp.array(dtype=vec3),
@@ -235,13 +308,13 @@ def make_supernodes(precision: str) -> SimpleNamespace:
     ):
         # fmt: off
         forward(
-            at.count, at.runs, at.order, at.row_start, at.column, at.first, at.inner_start,
-            at.panel_start, at.targets, lower, by_column, turns, residual, work,
+            at.count, at.runs, at.order, at.first, at.inner_start, at.below_start, at.below,
+            at.panel_start, inner, panels, turns, residual, work,
         )
         backward(
-            at.count, at.runs, at.order, at.row_start, at.column, at.first, at.inner_start,
-            at.below_start, at.below, lower, by_row, pivot_inverse, turns, work, result,
+            at.count, at.runs, at.order, at.first, at.inner_start, at.below_start, at.below,
+            at.panel_start, inner, panels, pivot_inverse, turns, work, result,
         )
         # fmt: on
 
-    return SimpleNamespace(pack=pack, precondition=precondition)
+    return SimpleNamespace(pack=pack, pack_inner=pack_inner, precondition=precondition)

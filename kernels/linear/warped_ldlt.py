@@ -4,9 +4,8 @@ The factor L D L^T (``factorisation``) is of some earlier step's matrix. Between
 changes almost only by the rotations of the nodes, so the solve turns its right-hand side back by
 each node's rotation since then, and its result forth: P = Q L^-T D^-1 L^-1 Q^T, symmetric and
 positive definite whatever happened since (a warped preconditioner, after Courtecuisse et al. 2010).
-Rows are kept in elimination order. One logical thread walks the elimination order of one block of
-right-hand sides. ``block_lanes`` has the same in native code, ``supernodes`` the solve with a
-single right-hand side.
+Rows are kept in elimination order. One logical thread walks it, for one right-hand side or a block
+of them. ``supernodes`` and ``block_lanes`` have the same in native code.
 """
 
 from functools import cache
@@ -23,8 +22,8 @@ SUBJECT = "cholesky"
 def make_cholesky(precision: str) -> SimpleNamespace:
     """Kernels of the turns and of the solve, in the order of their launch."""
     types = real(precision)
-    mat33, block, kernel = types.mat33, types.block, types.kernel(SUBJECT)
-    plain = types.kernel(SUBJECT, "plain")
+    vec3, mat33, block = types.vec3, types.mat33, types.block
+    kernel, plain = types.kernel(SUBJECT), types.kernel(SUBJECT, "plain")
 
     @kernel
     def keep_rotations(
@@ -46,6 +45,36 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     ):
         i = wp.tid()
         turns[i] = node_rotations[i] * wp.transpose(factor_rotations[i])
+
+    @plain
+    def precondition(
+        # model
+        count: int,
+        order: wp.array(dtype=int),
+        row_start: wp.array(dtype=int),
+        column: wp.array(dtype=int),
+        # in
+        lower: wp.array(dtype=mat33),
+        pivot_inverse: wp.array(dtype=mat33),
+        turns: wp.array(dtype=mat33),
+        residual: wp.array(dtype=vec3),
+        # out
+        work: wp.array(dtype=vec3),
+        result: wp.array(dtype=vec3),
+    ):
+        for i in range(count):
+            y = wp.transpose(turns[order[i]]) * residual[order[i]]
+            for s in range(row_start[i], row_start[i + 1]):
+                y -= lower[s] * work[column[s]]
+            work[i] = y
+        for i in range(count):
+            work[i] = pivot_inverse[i] * work[i]
+        for back in range(count):
+            i = count - 1 - back
+            z = work[i]
+            for s in range(row_start[i], row_start[i + 1]):
+                work[column[s]] = work[column[s]] - wp.transpose(lower[s]) * z
+            result[order[i]] = turns[order[i]] * z
 
     @plain
     def precondition_block(
@@ -113,5 +142,6 @@ def make_cholesky(precision: str) -> SimpleNamespace:
     return SimpleNamespace(
         keep_rotations=keep_rotations,
         node_turns=node_turns,
+        precondition=precondition,
         precondition_block=precondition_block,
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -57,25 +59,31 @@ def test_every_block_has_one_place(cells: tuple[int, int, int]) -> None:
     rows = np.repeat(np.arange(len(e.order)), np.diff(e.row_start))
     np.testing.assert_array_equal(rows[slots], runs.below[lane_row])
     np.testing.assert_array_equal(e.column[slots], runs.first[runs.owner[lane_row]] + lane_column)
-    assert len(runs.targets) % BLOCK == 0
+    groups = -(-3 * np.diff(runs.below_start) // BLOCK)
+    np.testing.assert_array_equal(np.diff(runs.panel_start), groups * 3 * widths)
 
 
+@pytest.mark.parametrize("native_code", [True, False])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_panels_solve_as_the_blocks_do(precision: Precision) -> None:
+def test_panels_solve_as_the_blocks_do(precision: Precision, native_code: bool) -> None:
     """Against the walk over blocks that the 16 right-hand sides of the reduced dynamics take."""
     mesh = box((3, 3, 4), jitter=0.2)
     body = rig(mesh, time_step=0.01, precision=precision)
     body.place(crumpled(mesh))
     body.stepper.assemble(body.state)
     assembly, model, n = body.stepper.assembly, body.model, len(mesh.points)
-    factor = WarpedFactor(model.system, assembly.values, assembly.node_rotations, Workspace())
+    system = replace(model.system, native_code=native_code)
+    matrix = (system, assembly.values, assembly.node_rotations)
+    factor = WarpedFactor(*matrix, Workspace())
+    alone = WarpedFactor(*matrix, Workspace(), serves="vectors")
     freedom = Freedom(
         model.zeros(n, wp.int32),
         model.zeros(n, model.types.vec3),
         model.zeros(n, model.types.mat33),
     )
-    factor.renew(freedom)
-    factor.prepare(freedom)
+    for each in (factor, alone):
+        each.renew(freedom)
+        each.prepare(freedom)
     vectors = np.random.default_rng(2).standard_normal((3 * n, BLOCK))
     shape = (1, 3 * n)
     right = model.array(vectors[None].astype(precision), model.types.block)
@@ -86,6 +94,8 @@ def test_panels_solve_as_the_blocks_do(precision: Precision) -> None:
     for column in vectors.T:
         factor.apply(model.array(column.reshape(n, 3), model.types.vec3), one)
         columns.append(numbers(one).ravel())
+    alone.apply(model.array(vectors.T[-1].reshape(n, 3), model.types.vec3), one)
+    np.testing.assert_array_equal(numbers(one).ravel(), columns[-1])
     expected = result.numpy()[0]
     # both end in rounding of sums of up to 3 n products, in another order
     bound = 3 * n * np.finfo(precision).eps * np.abs(expected).max()

@@ -61,7 +61,9 @@ class BlockSolver:
         self._counters = model.zeros(len(BlockCounter), wp.int32)
         self._tolerance = model.array([tolerance], types.scalar)
         matrix = (stepper.assembly.values, stepper.assembly.node_rotations)
-        self._preconditioner = make_preconditioner(model.system, *matrix, stepper.workspace)
+        self._preconditioner = make_preconditioner(
+            model.system, *matrix, stepper.workspace, serves="blocks"
+        )
         self._renewal = Renewal(self._preconditioner, model.system)
         # contact is not in this matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(

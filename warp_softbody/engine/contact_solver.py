@@ -66,7 +66,7 @@ class ContactSolver:
         self.change = model.zeros(n, types.vec3)
         self._velocities = model.zeros(n if model.scene.has_pairs else 0, types.vec3)
         self.preconditioner = make_preconditioner(
-            model.system, assembly.values, assembly.node_rotations, workspace
+            *(model.system, assembly.values, assembly.node_rotations, workspace), serves="vectors"
         )
         self._solver = ConjugateGradients(model.system, assembly.values, self.preconditioner)
         self.before, self.start = self._solver.before, self._solver.start

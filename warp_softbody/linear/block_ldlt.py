@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -15,10 +16,9 @@ from warp_softbody.device.launching import launch
 from warp_softbody.device.workspace import Workspace
 from warp_softbody.kernels.linear.block_lanes import lanes_on
 from warp_softbody.kernels.linear.ldlt_factor import make_factorisation
-from warp_softbody.kernels.linear.supernodes import PanelStructure, make_supernodes
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
 from warp_softbody.kernels.precision import Real
-from warp_softbody.linear.supernodes import build_supernodes
+from warp_softbody.linear.panels import PanelLayout, PanelSolver
 from warp_softbody.linear.symbolic_ldlt import Elimination
 
 
@@ -45,16 +45,13 @@ class FactorStructure:
         entries: blocks below the diagonal.
         order, row, row_start, column, matrix_slot, diagonal_slot, column_start, column_row,
             column_place: as in `Elimination`; ``row`` is that of each block.
-        below_slot, owner: as in `Supernodes`.
-        panels: struct of what solves with panels need.
-        registers: of the panels by column and by row.
     """
 
     def __init__(self, elimination: Elimination, device: str) -> None:
-        """Group the columns of a pattern to panels, and put all on a device."""
+        """Put a pattern on a device."""
+        self._elimination, self._device = elimination, device
         self.count = len(elimination.order)
         self.entries = len(elimination.column)
-        runs = build_supernodes(elimination)
         rows = np.arange(self.count, dtype=np.int32)
 
         def integers(values: npt.NDArray[np.int32]) -> Any:
@@ -69,16 +66,11 @@ class FactorStructure:
         self.column_start = integers(elimination.column_start)
         self.column_row = integers(elimination.column_row)
         self.column_place = integers(elimination.column_place)
-        self.below_slot = integers(runs.below_slot)
-        self.owner = integers(runs.owner)
-        self.registers = (int(runs.panel_start[-1]), 3 * len(runs.below))
-        at: Any = PanelStructure()
-        at.count, at.runs = self.count, len(runs.panel_start) - 1
-        at.order, at.row_start, at.column = self.order, self.row_start, self.column
-        at.first, at.inner_start = integers(runs.first), integers(runs.inner_start)
-        at.below_start, at.below = integers(runs.below_start), integers(runs.below)
-        at.panel_start, at.targets = integers(runs.panel_start), integers(runs.targets)
-        self.panels = at
+
+    @cached_property
+    def panels(self) -> PanelLayout:
+        """The columns grouped to panels."""
+        return PanelLayout(self._elimination, self._device)
 
 
 _STRUCTURES: WeakKeyDictionary[Elimination, dict[str, FactorStructure]] = WeakKeyDictionary()
@@ -93,6 +85,10 @@ def structure_of(elimination: Elimination, device: str) -> FactorStructure:
     return of_devices[device]
 
 
+Served = Literal["vectors", "blocks", "both"]
+"""The right-hand sides that a factor solves for: one at a time, or 16 side by side."""
+
+
 class BlockFactor:
     """Factorises a matrix of 3 x 3 blocks and solves with the factor; launches are capturable."""
 
@@ -105,10 +101,18 @@ class BlockFactor:
         *,
         native_code: bool = True,
         workspace: Workspace | None = None,
+        serves: Served = "both",
     ) -> None:
-        """Arrays for the factor, not yet computed; ``margin``: part of a pivot added to it.
+        """Arrays for the factor, not yet computed.
 
-        Those of a factorisation on its way are in a workspace.
+        Args:
+            elimination: the pattern.
+            types: of the precision.
+            device: name of the Warp device.
+            margin: part of a pivot that is added to it.
+            native_code: whether to use native code for processors where there is some.
+            workspace: of the arrays of a factorisation on its way.
+            serves: what it is to solve for; what others would need is not kept.
         """
         work = (workspace or Workspace()).part("factorisation", Allocator(types, device))
         self._margin = margin
@@ -117,24 +121,27 @@ class BlockFactor:
         lanes = lanes_on(device, types.name) if native_code else None
         self._blocks = lanes or make_cholesky(types.name)
         self._factorisation = make_factorisation(types.name)
-        self.lower = wp.zeros(at.entries, dtype=types.mat33, device=device)
+        self._panels: PanelSolver | None = None
+        if lanes is not None and serves != "blocks":
+            self._panels = PanelSolver(at.panels, types, device, work)
+        only_packed = self._panels is not None and serves == "vectors"
+        keep = work.zeros if only_packed else Allocator(types, device).zeros
+        self.lower = keep(at.entries, types.mat33)
         self.pivot_inverse = wp.zeros(at.count, dtype=types.mat33, device=device)
+        self._kept = () if only_packed else (self.lower,)
         self._upper, self._turned = (
             work.zeros(at.entries, self._factorisation.mat34) for _ in range(2)
         )
         self._waiting = work.zeros(at.count, self._factorisation.mat34)
         self._pivots = work.zeros(at.count, types.mat33)
-        self._panels = make_supernodes(types.name)
-        self._by_column, self._by_row = (
-            wp.zeros(max(1, count), dtype=types.block, device=device) for count in at.registers
-        )
-        # the last component takes what the lanes without a row hold
-        self._work = work.zeros(3 * at.count + 1, types.scalar)
+        self._plain = make_cholesky(types.name).precondition
+        self._work = work.zeros(0 if self._panels else at.count, types.vec3)
 
     @property
     def kept(self) -> tuple[Any, ...]:
         """Device arrays of the factor itself."""
-        return (self.lower, self.pivot_inverse, self._by_column, self._by_row)
+        panels = () if self._panels is None else self._panels.kept
+        return (*self._kept, self.pivot_inverse, *panels)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, dim, inputs, outputs, self._device)
@@ -151,16 +158,18 @@ class BlockFactor:
         places = [at.row_start, at.column, at.column_start, at.column_row, at.column_place]
         outputs = [self._upper, self._waiting, self._turned, self.lower, self.pivot_inverse]
         self._launch(k.factorise, 1, [at.count, *places, self._pivots], outputs)
-        runs = at.panels
-        places = [runs.first, runs.below_start, at.below_slot, at.owner, runs.panel_start]
-        panels = [self._by_column, self._by_row]
-        self._launch(self._panels.pack, len(at.owner), [*places, self.lower], panels)
+        if self._panels is not None:
+            self._panels.pack(self.lower)
 
     def solve(self, turns: Any, residual: Any, result: Any) -> None:
         """Launch result = Q (L D L^T)^-1 Q^T residual, vectors (count,) vec3, Q the turns."""
-        factor = [self.lower, self._by_column, self._by_row, self.pivot_inverse]
-        inputs = [self._at.panels, *factor, turns, residual]
-        self._launch(self._panels.precondition, 1, inputs, [self._work, result])
+        if self._panels is not None:
+            self._panels.solve(self.pivot_inverse, turns, residual, result)
+            return
+        at = self._at
+        inputs = [at.count, at.order, at.row_start, at.column]
+        inputs += [self.lower, self.pivot_inverse, turns, residual]
+        self._launch(self._plain, 1, inputs, [self._work, result])
 
     def solve_block(self, turns: Any, residual: Any, work: Any, result: Any) -> None:
         """Launch the same for blocks (blocks, 3 count)."""

@@ -13,7 +13,7 @@ from warp_softbody.device.workspace import Workspace
 from warp_softbody.kernels.linear.sweep_lanes import sweep_lanes_on
 from warp_softbody.kernels.linear.two_level import make_two_level
 from warp_softbody.kernels.linear.warped_ldlt import make_cholesky
-from warp_softbody.linear.block_ldlt import BlockFactor, Freedom
+from warp_softbody.linear.block_ldlt import BlockFactor, Freedom, Served
 from warp_softbody.linear.held_motions import HeldMotions
 from warp_softbody.linear.system import CoarseLevel, LinearSystem
 
@@ -65,11 +65,18 @@ class Preconditioner(Protocol):
 
 
 def make_preconditioner(
-    system: LinearSystem, values: Any, node_rotations: Any, workspace: Workspace
+    system: LinearSystem,
+    values: Any,
+    node_rotations: Any,
+    workspace: Workspace,
+    serves: Served = "both",
 ) -> Preconditioner:
-    """The preconditioner of the matrix in ``values``: by two levels where there is a coarse one."""
+    """The preconditioner of the matrix in ``values``: by two levels where there is a coarse one.
+
+    ``serves`` tells what it is applied to, so that a factor keeps no more than that.
+    """
     if system.coarse is None:
-        return WarpedFactor(system, values, node_rotations, workspace)
+        return WarpedFactor(system, values, node_rotations, workspace, serves)
     return TwoLevel(system, system.coarse, values, node_rotations)
 
 
@@ -83,7 +90,12 @@ class WarpedFactor:
     renewable = True
 
     def __init__(
-        self, system: LinearSystem, values: Any, node_rotations: Any, workspace: Workspace
+        self,
+        system: LinearSystem,
+        values: Any,
+        node_rotations: Any,
+        workspace: Workspace,
+        serves: Served = "both",
     ) -> None:
         """Arrays for the factor of the matrix in ``values``; nothing is computed yet."""
         types, n = system.types, system.node_count
@@ -100,6 +112,7 @@ class WarpedFactor:
             margin=system.pivot_margin,
             native_code=system.native_code,
             workspace=workspace,
+            serves=serves,
         )
         self._factor_rotations = system.zeros(n, types.mat33)
         self._turns = system.zeros(n, types.mat33)

@@ -24,8 +24,7 @@ JOIN_COST = 20.0
 class Supernodes:
     """Runs of neighbouring columns of L whose blocks below lie in the rows of the last one.
 
-    The blocks below the run are kept twice, padded with zeros: by rows, a register holding one row
-    of all its columns, and by columns, a register holding 16 rows of one column.
+    The blocks below a run are a panel, padded with zeros: a register holds 16 rows of one column.
 
     Attributes:
         first: (s + 1,) first column of each run, and the end.
@@ -33,8 +32,7 @@ class Supernodes:
         below_start, below: CSR of the rows below each run.
         below_slot: (len(below), WIDEST) slots of the blocks in these rows, -1 for zeros.
         owner: (len(below),) run of each row below.
-        panel_start: (s + 1,) first register by columns; a run has 3 width of them per 16 rows.
-        targets: (16 per group of rows) component that each lane is of, 3 n for none.
+        panel_start: (s + 1,) first register; a run has 3 width of them per 16 rows.
     """
 
     first: IntArray
@@ -44,7 +42,6 @@ class Supernodes:
     below_slot: IntArray
     owner: IntArray
     panel_start: IntArray
-    targets: IntArray
 
 
 def _cost(width: int, below: int) -> float:
@@ -98,11 +95,6 @@ def build_supernodes(elimination: Elimination) -> Supernodes:
     inner = np.bincount(rows[within], minlength=count)
 
     groups = -(-3 * np.diff(below_start) // BLOCK)
-    group_start = np.concatenate([[0], np.cumsum(groups)])
-    targets = np.full(BLOCK * group_start[-1], 3 * count, dtype=np.int32)
-    for run, part in enumerate(below):
-        lanes = (3 * part[:, None] + np.arange(3)).ravel()
-        targets[BLOCK * group_start[run] :][: len(lanes)] = lanes
     return Supernodes(
         first=first,
         inner_start=(elimination.row_start[1:] - inner).astype(np.int32),
@@ -111,5 +103,4 @@ def build_supernodes(elimination: Elimination) -> Supernodes:
         below_slot=below_slot,
         owner=np.repeat(np.arange(len(below)), np.diff(below_start)).astype(np.int32),
         panel_start=np.concatenate([[0], np.cumsum(groups * 3 * np.diff(first))]).astype(np.int32),
-        targets=targets,
     )
