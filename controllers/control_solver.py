@@ -80,6 +80,21 @@ class Decision:
         return _planned(self.view, self.patches, self.result)
 
 
+@dataclass(frozen=True)
+class SolverMemory:
+    """What a `ControlSolver` remembers from step to step.
+
+    Attributes:
+        minima: modes of the last minima, the best one first.
+        parts: of the patches that they belong to.
+        schedule: of kicks, as in `PerturbationSchedule.memory`.
+    """
+
+    minima: tuple[tuple[int, ...], ...]
+    parts: tuple[int | None, ...]
+    schedule: tuple[bool, int]
+
+
 class ControlSolver:
     """Asks a controller for goals each step and finds the activations that serve them best.
 
@@ -107,6 +122,16 @@ class ControlSolver:
         self._parts: tuple[int | None, ...] = ()
         self._rule = PerturbationSchedule(options)
         self._compiled = CompiledSearch() if dynamics.native_code else None
+
+    @property
+    def memory(self) -> SolverMemory:
+        """What is remembered between two steps, beside what the controller itself remembers."""
+        return SolverMemory(self._minima, self._parts, self._rule.memory)
+
+    @memory.setter
+    def memory(self, memory: SolverMemory) -> None:
+        self._minima, self._parts = memory.minima, memory.parts
+        self._rule.memory = memory.schedule
 
     def goals(self, view: BodyView) -> Goals | None:
         """What the controller wants of the step from ``view`` on; to be asked once a step."""

@@ -33,6 +33,15 @@ class PerturbationSchedule:
         self._calm = False
         self._left = 0
 
+    @property
+    def memory(self) -> tuple[bool, int]:
+        """Whether the last step was calm, and how many go without kicks yet."""
+        return self._calm, self._left
+
+    @memory.setter
+    def memory(self, memory: tuple[bool, int]) -> None:
+        self._calm, self._left = memory
+
     def options(self) -> SolverOptions:
         """The options of the next solve."""
         if self._calm:

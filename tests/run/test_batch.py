@@ -11,6 +11,7 @@ from tests.support.bodies import box, muscular_bar
 from warp_softbody import (
     Batch,
     BatchMember,
+    Body,
     Character,
     Material,
     Plane,
@@ -19,6 +20,7 @@ from warp_softbody import (
     Simulation,
     SimulationOptions,
     build_model,
+    placed,
 )
 from warp_softbody.controllers import Balance, Goals, objectives
 from warp_softbody.errors import InputError, NotFiniteError
@@ -30,6 +32,10 @@ PASSIVE = Scene(
     ground=Plane(friction=0.5, offset=-0.02),
 )
 BAR = Scene(character=muscular_bar(), ground=Plane(friction=0.8))
+BARS = replace(
+    BAR,
+    others=(Body(character=placed(BAR.character, name="second", translation=(0.0, 0.0, 0.3))),),
+)
 SECONDS = 0.2
 
 
@@ -74,6 +80,12 @@ def controlled(member: BatchMember) -> BatchMember:
     return replace(member, scene=scene, controller=Lift(20.0 * member.index))
 
 
+def both(member: BatchMember) -> BatchMember:
+    """A controller for each of two bars."""
+    force = 5.0 * (1 + member.index)
+    return replace(member, controller=Lift(force), others={"second": Lift(-force)})
+
+
 def members(scene: Scene, count: int, vary: object) -> list[BatchMember]:
     """What the batch below was made of, once more."""
     found: list[BatchMember] = []
@@ -89,7 +101,7 @@ def assert_same(frame: Frame | None, other: Frame) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize(("scene", "vary"), [(PASSIVE, varied), (BAR, controlled)])
+@pytest.mark.parametrize(("scene", "vary"), [(PASSIVE, varied), (BAR, controlled), (BARS, both)])
 def test_members_take_the_steps_of_single_runs(scene: Scene, vary: object, threads: int) -> None:
     batch = Batch(scene, 5, vary, threads=threads)  # type: ignore[arg-type]
     frames = list(batch.run(SECONDS))
@@ -97,9 +109,24 @@ def test_members_take_the_steps_of_single_runs(scene: Scene, vary: object, threa
     ends = {frame.positions.tobytes() for frame in frames[-1] if frame is not None}
     assert len(ends) == 5
     for member in members(scene, 5, vary):
-        alone = list(Simulation(member.scene, member.controller).run(SECONDS))
+        single_run = Simulation(member.scene, member.controller, others=member.others)
+        alone = list(single_run.run(SECONDS))
         for together, single in zip(frames, alone, strict=True):
             assert_same(together[member.index], single)
+
+
+def test_a_member_s_motion_goes_on_alone() -> None:
+    batch = Batch(BAR, 2, controlled)
+    for _ in range(5):
+        batch.step()
+    saved = batch[1].save()
+    for _ in range(5):
+        batch.step()
+    alone = Simulation(batch[1].model.scene, Lift(0.0))
+    alone.restore(saved)
+    for _ in range(5):
+        alone.step()
+    assert_same(batch[1].frame(), alone.frame())
 
 
 def test_members_share_what_is_constant() -> None:
@@ -185,5 +212,7 @@ def test_a_member_needs_the_meshes_and_a_controller_of_its_own() -> None:
     one = Balance()
     with pytest.raises(InputError, match="members 0 and 1 of a Batch have one controller"):
         Batch(BAR, 2, lambda member: replace(member, controller=one))
+    with pytest.raises(InputError, match="members 0 and 1 of a Batch have one controller"):
+        Batch(BARS, 2, lambda member: replace(member, others={"second": one}))
     with pytest.raises(InputError, match="what vary of a Batch for member 0 returns"):
         Batch(BAR, 2, lambda member: None)  # type: ignore[arg-type,return-value]

@@ -58,8 +58,8 @@ def test_what_cannot_be_driven_or_kept() -> None:
     free = Simulation(SCENE, time_step=1 / 60)
     with pytest.raises(InputError, match="drive: a controller drives the muscles"):
         controlled.drive(None)
-    with pytest.raises(InputError, match="save: 'scene' has a controller"):
-        controlled.save()
+    with pytest.raises(InputError, match="a SavedMotion with 1 controlled bodies cannot be"):
+        free.restore(controlled.save())
     with pytest.raises(InputError, match=r"must be from 0.5 to 1, not 0.1 to 0.1"):
         free.drive(np.full(LETTER.segment_count, 0.1))
     with pytest.raises(InputError, match="activations of drive"):

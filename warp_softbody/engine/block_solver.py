@@ -11,6 +11,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.device.array_copies import Copies, copied, write_back
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.launching import launch
 from warp_softbody.device.warp_runtime import captured, prepare_captures
@@ -41,6 +42,23 @@ class BlockSolution:
     responses: FloatArray
     free_velocity: npt.NDArray[np.floating]
     muscle_map: FloatArray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SavedResponses:
+    """Where the next solve of a `BlockSolver` begins.
+
+    Attributes:
+        rows: that were last solved for.
+        blocks: that there was room for.
+        arrays: responses, and what the preconditioner keeps.
+        age: of that.
+    """
+
+    rows: int
+    blocks: int
+    arrays: Copies
+    age: float
 
 
 class BlockSolver:
@@ -123,6 +141,24 @@ class BlockSolver:
         """Make room for a number of rows."""
         if count > self.row_capacity:
             self._allocate(-(-count // BLOCK))
+
+    def save(self) -> SavedResponses:
+        """Where the next solve begins."""
+        return SavedResponses(
+            *(self._last_rows, self._blocks, copied(self._changing), self._preconditioner.age)
+        )
+
+    def restore(self, saved: SavedResponses) -> None:
+        """Begin the next solve where another one of the same model once did."""
+        if saved.blocks != self._blocks:
+            self._allocate(saved.blocks)
+        self._use(saved.rows)
+        write_back(self._changing, saved.arrays)
+        self._preconditioner.age = saved.age
+
+    @property
+    def _changing(self) -> tuple[Any, ...]:
+        return (self._room["x"], *self._preconditioner.kept)
 
     def solve(self, rows: FloatArray) -> tuple[int, BlockSolution]:
         """Run the block iteration on rows of J; its iterations, and what it found."""

@@ -52,6 +52,7 @@ class ContactSolver:
         preconditioner: of the solves.
         newton: control of the iterations; None where there is one only.
         turning: of bodies in flight.
+        fresh: iterations of a pass that even a fresh preconditioner would need.
     """
 
     def __init__(self, model: Model, assembly: Assembly, workspace: Workspace) -> None:
@@ -86,7 +87,7 @@ class ContactSolver:
         self._read_counters = HostView(self._solver.counters).read
         self._read_scalars = HostView(self._solver.scalars).read
         self._renewing = False
-        self._fresh = float(FRESH_ITERATIONS)
+        self.fresh = float(FRESH_ITERATIONS)
         if model.scene.has_pairs:
             self._pairs = PairContact(model, self._solver, assembly.values)
 
@@ -287,9 +288,9 @@ class ContactSolver:
         iterations = counters[Counter.TOTAL_ITERATIONS]
         if self._renewing:
             # no preconditioner knows of pairs, so more is left to the iteration
-            self._fresh = max(FRESH_ITERATIONS, iterations / passes)
+            self.fresh = max(FRESH_ITERATIONS, iterations / passes)
         converged = counters[Counter.UNCONVERGED] == 0
-        fresh = int(self._fresh * passes)
+        fresh = int(self.fresh * passes)
         self.preconditioner.used(iterations, fresh=fresh, converged=converged)
         options = self._model.options
         scalars: list[float] = self._read_scalars().tolist()

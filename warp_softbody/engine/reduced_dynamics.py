@@ -18,7 +18,7 @@ from scipy.sparse import bsr_array
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
-from warp_softbody.engine.block_solver import BlockSolver
+from warp_softbody.engine.block_solver import BlockSolver, SavedResponses
 from warp_softbody.engine.free_turn import FreeTurn
 from warp_softbody.engine.native_maps import NativeMaps, StepMaps, native_maps_on
 from warp_softbody.engine.part_rows import (
@@ -124,6 +124,16 @@ class ReducedDynamics:
     def row_capacity(self) -> int:
         """Rows of J that there is room for."""
         return self._blocks.row_capacity
+
+    @shares_warp
+    def save(self) -> SavedResponses:
+        """Where the next solve begins, for `restore`."""
+        return self._blocks.save()
+
+    @shares_warp
+    def restore(self, saved: SavedResponses) -> None:
+        """Begin the next solve where reduced dynamics of the same model once did."""
+        self._blocks.restore(saved)
 
     @shares_warp
     def solve(self, rows: FloatArray, *, free: bool = False) -> ControlProblem:

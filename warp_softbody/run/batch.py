@@ -66,7 +66,7 @@ class Batch:
             scene: what all members begin with.
             count: number of members.
             vary: called once for each `BatchMember` in turn, and returns it with what it has of
-                its own: another scene of the same meshes, a controller; None for copies.
+                its own: another scene of the same meshes, controllers; None for copies.
             seed: of the members' random numbers.
             threads: that step members side by side; as many as there are cores pay.
             options: of every `Simulation`, as are the next four.
@@ -93,6 +93,7 @@ class Batch:
                 Simulation(
                     member.scene,
                     member.controller,
+                    others=member.others,
                     options=options,
                     control_options=control_options,
                     time_step=time_step,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -24,6 +25,8 @@ class BatchMember:
         scene: with the member's own pushes, material values, gravity, velocities or ground; its
             meshes are those of all members.
         controller: the member's own, which no other member has; None for a passive one.
+        others: controllers of bodies beside the character, by their names, as of a `Simulation`;
+            they too are the member's own.
         random: random numbers of the member alone: the same for the same seed of the batch and the
             same index, however many members there are.
     """
@@ -31,6 +34,7 @@ class BatchMember:
     index: int
     scene: Scene
     controller: Controller | None = None
+    others: Mapping[str, Controller] = field(default_factory=dict)
     random: np.random.Generator
 
     def __post_init__(self) -> None:
@@ -39,8 +43,17 @@ class BatchMember:
         checks.instance("BatchMember.scene", self.scene, Scene)
         if self.controller is not None:
             input_kinds.controller("BatchMember.controller", self.controller)
+        others = input_kinds.mapping("BatchMember.others", self.others)
+        for name, other in others.items():
+            input_kinds.controller(f"BatchMember.others[{name!r}]", other)
         checks.instance("BatchMember.random", self.random, np.random.Generator)
-        checks.keep(self, index=index)
+        checks.keep(self, index=index, others=MappingProxyType(dict(others)))
+
+    @property
+    def controllers(self) -> tuple[Controller, ...]:
+        """All of the member, the character's first."""
+        own = () if self.controller is None else (self.controller,)
+        return (*own, *self.others.values())
 
 
 Vary: TypeAlias = Callable[[BatchMember], BatchMember]
@@ -65,8 +78,8 @@ def members_of(scene: Scene, count: int, vary: Vary | None, seed: int) -> tuple[
                 f"member {index} of a Batch has other bodies or meshes than its scene; "
                 "members may differ in all else"
             )
-        if member.controller is not None:
-            other = owners.setdefault(id(member.controller), index)
+        for controller in member.controllers:
+            other = owners.setdefault(id(controller), index)
             if other != index:
                 raise InputError(
                     f"members {other} and {index} of a Batch have one controller, which remembers "

@@ -18,6 +18,7 @@ from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import input_kinds
 from warp_softbody.inputs.records import unchecked
+from warp_softbody.run.saved_control import SavedControl, memory_of, remind
 from warp_softbody.world.scene import Scene
 from warp_softbody.world.view import BodyView
 
@@ -58,6 +59,7 @@ class ControlledBody:
         masses = stepper.model.masses
         self._masses = masses if self._part is None else masses[self._part.nodes]
         self._controller = controller
+        self._dynamics = dynamics
         self._solver = ControlSolver(controller, dynamics, options)
 
     @property
@@ -91,6 +93,39 @@ class ControlledBody:
     def decide(self, view: BodyView, goals: Goals) -> Decision:
         """Rest lengths of its own segments; the step's matrix has to be assembled."""
         return self._solver.decide(view, goals)
+
+    def save(self) -> SavedControl:
+        """What controller and solver remember.
+
+        Raises:
+            InputError: what the controller remembers cannot be copied.
+        """
+        return SavedControl(
+            name=self.name,
+            kind=type(self._controller),
+            memory=memory_of(self._controller),
+            solver=self._solver.memory,
+            responses=self._dynamics.save(),
+        )
+
+    def require_fit(self, saved: SavedControl) -> None:
+        """Refuse what another body, or a controller of another class, remembers.
+
+        Raises:
+            InputError: it is one.
+        """
+        kind = type(self._controller)
+        if saved.name != self.name or saved.kind is not kind:
+            raise InputError(
+                f"a SavedMotion with a {saved.kind.__name__} for {saved.name!r} cannot be restored "
+                f"by a simulation with a {kind.__name__} for {self.name!r}"
+            )
+
+    def restore(self, saved: SavedControl) -> None:
+        """Remember what a body of the same name, with a controller of the same class, once did."""
+        remind(self._controller, saved.memory)
+        self._solver.memory = saved.solver
+        self._dynamics.restore(saved.responses)
 
 
 def _alone(scene: Scene, name: str) -> Scene:

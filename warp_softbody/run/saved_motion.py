@@ -6,15 +6,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
 import warp as wp
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.control_solver import Decision
+from warp_softbody.device.array_copies import Copies
 from warp_softbody.engine.state import Contacts, Control, State
 from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
+from warp_softbody.run.controlled_body import ControlledBody
+from warp_softbody.run.saved_control import SavedControl
 from warp_softbody.world.scene import Scene
+
+OTHER_SCENE = "a SavedMotion can be restored by a simulation of the same scene alone"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,18 +36,24 @@ class SavedMotion:
         acting: whether forces acted in the last step.
         aside: (k, 3) m of each handle, where its nodes are from its path.
         age: of what the preconditioner keeps.
+        fresh: iterations of a pass that a fresh one would need.
+        controls: what each controlled body remembers.
+        decision: of the last step; None where no controller decided in it.
     """
 
     scene: Scene
     time_step: float
     steps: int
-    arrays: tuple[npt.NDArray[Any], ...]
+    arrays: Copies
     rest_lengths: FloatArray
     driven: bool
     still: int
     acting: bool
     aside: tuple[FloatArray, ...]
     age: float
+    fresh: float
+    controls: tuple[SavedControl, ...]
+    decision: Decision | None
 
 
 def require_same_scene(saved: SavedMotion, scene: Scene, time_step: float) -> None:
@@ -58,7 +68,22 @@ def require_same_scene(saved: SavedMotion, scene: Scene, time_step: float) -> No
             f"simulation in steps of {time_step:g} s"
         )
     if saved.scene is not scene and saved.scene != scene:
-        raise InputError("a SavedMotion can be restored by a simulation of the same scene alone")
+        raise InputError(OTHER_SCENE)
+
+
+def require_same_controllers(saved: SavedMotion, bodies: tuple[ControlledBody, ...]) -> None:
+    """Refuse a motion under controllers of other bodies or classes than those given.
+
+    Raises:
+        InputError: it is one.
+    """
+    if len(saved.controls) != len(bodies):
+        raise InputError(
+            f"a SavedMotion with {len(saved.controls)} controlled bodies cannot be restored by a "
+            f"simulation with {len(bodies)}"
+        )
+    for body, control in zip(bodies, saved.controls, strict=True):
+        body.require_fit(control)
 
 
 def arrays_of(
@@ -70,22 +95,3 @@ def arrays_of(
             values = (getattr(part, entry.name) for entry in fields(part))
             yield from (value for value in values if isinstance(value, wp.array))
     yield from stepper.contact.preconditioner.kept
-
-
-def copied(arrays: Iterator[Any]) -> tuple[npt.NDArray[Any], ...]:
-    """What device arrays hold now."""
-    return tuple(np.array(array.numpy()) for array in arrays)
-
-
-def write_back(arrays: Iterator[Any], saved: tuple[npt.NDArray[Any], ...]) -> None:
-    """Let device arrays hold what they once held.
-
-    Raises:
-        InputError: they are those of another model.
-    """
-    into = tuple(arrays)
-    shapes = [array.numpy().shape for array in into]
-    if shapes != [values.shape for values in saved]:
-        raise InputError("a SavedMotion can be restored by a simulation of the same scene alone")
-    for array, values in zip(into, saved, strict=True):
-        array.assign(values)

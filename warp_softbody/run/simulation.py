@@ -15,6 +15,7 @@ from warp_softbody.controllers.control_options import ControlOptions, Method
 from warp_softbody.controllers.control_solver import Decision
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.controllers.step_problem import SHORTEST
+from warp_softbody.device.array_copies import copied, fits, write_back
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.workspace import Workspace
@@ -39,11 +40,11 @@ from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
 from warp_softbody.run.run_summary import WHOLE, RunSummary
 from warp_softbody.run.saved_motion import (
+    OTHER_SCENE,
     SavedMotion,
     arrays_of,
-    copied,
+    require_same_controllers,
     require_same_scene,
-    write_back,
 )
 from warp_softbody.run.sleep import Sleep
 from warp_softbody.run.step_log import StepLog
@@ -248,16 +249,13 @@ class Simulation:
     def save(self) -> SavedMotion:
         """The motion as it is, from which `restore` goes on to the last bit.
 
-        What a controller remembers and what has been measured so far are not kept.
+        Of a controller all its attributes are kept, as what it remembers. What has been measured so
+        far is not.
 
         Raises:
-            InputError: a controller drives the muscles.
+            InputError: what a controller remembers cannot be copied.
         """
-        if self._controlled:
-            raise InputError(
-                f"save: {self.name!r} has a controller, and what that remembers is not kept"
-            )
-        preconditioner = self.stepper.contact.preconditioner
+        contact = self.stepper.contact
         return SavedMotion(
             scene=self.model.scene,
             time_step=self.model.options.time_step,
@@ -268,25 +266,37 @@ class Simulation:
             still=self._sleep.still,
             acting=self._pushes.acting,
             aside=self._handles.aside,
-            age=preconditioner.age,
+            age=contact.preconditioner.age,
+            fresh=contact.fresh,
+            controls=tuple(body.save() for body in self._controlled),
+            decision=self._decision,
         )
 
     @shares_warp
     def restore(self, saved: SavedMotion) -> None:
         """Go on from a motion that `save` has kept, of this scene or a copy of it.
 
+        Its controllers have to be of the same classes; they then remember what those remembered
+        that were saved, their gains included.
+
         Raises:
-            InputError: it is of another scene, or in other time steps.
+            InputError: it is of another scene or other controllers, or in other time steps.
         """
         saved = checks.instance("saved of Simulation.restore", saved, SavedMotion)
         require_same_scene(saved, self.model.scene, self.model.options.time_step)
+        require_same_controllers(saved, self._controlled)
+        if not fits(self._changing(), saved.arrays):
+            raise InputError(OTHER_SCENE)
         write_back(self._changing(), saved.arrays)
         self._steps, self._driven = saved.steps, saved.driven
         self._rest_lengths = saved.rest_lengths.copy()
         self._sleep.still, self._pushes.acting = saved.still, saved.acting
         self._handles.aside = saved.aside
-        self.stepper.contact.preconditioner.age = saved.age
-        self._decision = self._begun = None
+        contact = self.stepper.contact
+        contact.preconditioner.age, contact.fresh = saved.age, saved.fresh
+        for body, control in zip(self._controlled, saved.controls, strict=True):
+            body.restore(control)
+        self._decision, self._begun = saved.decision, None
 
     def _changing(self) -> Iterator[Any]:
         return arrays_of(self._state, self.control, self.contacts, self.stepper)
