@@ -9,7 +9,11 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.body_units import BodyUnits
-from warp_softbody.controllers.compiled.contact_solver import CompiledSearch
+from warp_softbody.controllers.compiled.contact_solver import (
+    CompiledSearch,
+    SearchBegin,
+    SearchRooms,
+)
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.controller import Controller, Goals
 from warp_softbody.controllers.goal_rows import check_maps, check_sizes, rows_of
@@ -80,7 +84,7 @@ class Decision:
         return _planned(self.view, self.patches, self.result)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SolverMemory:
     """What a `ControlSolver` remembers from step to step.
 
@@ -88,11 +92,13 @@ class SolverMemory:
         minima: modes of the last minima, the best one first.
         parts: of the patches that they belong to.
         schedule: of kicks, as in `PerturbationSchedule.memory`.
+        search: where native solves begin, as in `CompiledSearch.memory`.
     """
 
     minima: tuple[tuple[int, ...], ...]
     parts: tuple[int | None, ...]
     schedule: tuple[bool, int]
+    search: tuple[SearchBegin, ...]
 
 
 class ControlSolver:
@@ -121,17 +127,23 @@ class ControlSolver:
         self._minima: tuple[tuple[int, ...], ...] = ()
         self._parts: tuple[int | None, ...] = ()
         self._rule = PerturbationSchedule(options)
-        self._compiled = CompiledSearch() if dynamics.native_code else None
+        self._compiled: CompiledSearch | None = None
+        if dynamics.native_code:
+            rooms = dynamics.workspace.shared("contact searches", (), (), SearchRooms)
+            self._compiled = CompiledSearch(rooms)
 
     @property
     def memory(self) -> SolverMemory:
         """What is remembered between two steps, beside what the controller itself remembers."""
-        return SolverMemory(self._minima, self._parts, self._rule.memory)
+        search = () if self._compiled is None else self._compiled.memory
+        return SolverMemory(self._minima, self._parts, self._rule.memory, search)
 
     @memory.setter
     def memory(self, memory: SolverMemory) -> None:
         self._minima, self._parts = memory.minima, memory.parts
         self._rule.memory = memory.schedule
+        if self._compiled is not None:
+            self._compiled.memory = memory.search
 
     def goals(self, view: BodyView) -> Goals | None:
         """What the controller wants of the step from ``view`` on; to be asked once a step."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.controllers.qpcc.contact.mode_table import LIFT, STICK
@@ -83,13 +86,58 @@ STEP_ARRAYS = StepTerms._fields[:-1]
 """Arrays of a step that are handed over under their own names, before ``resting``."""
 
 
-class CompiledSearch:
-    """``solve_qpcc`` of one step after another, native where a problem allows it."""
+Sizes = tuple[int, int, int, int]
+"""Numbers of controls, contacts, directions and rows."""
+
+SearchBegin = tuple[Sizes, npt.NDArray[np.int32]]
+"""Sizes of problems, and the controls (nu,) that are at a bound when the next solve begins."""
+
+
+class SearchRooms:
+    """Arrays of native solves, by the sizes of problems; they hold nothing between solves.
+
+    Searches may share them that never solve at the same time.
+    """
 
     def __init__(self) -> None:
-        """No arrays yet; its kernel, which takes longest to compile, is begun early."""
+        """No arrays yet; their kernel, which takes longest to compile, is begun early."""
         prepare(DEVICE, [make_contact_search().solve])
-        self._rooms: dict[tuple[int, int, int, int], _Room] = {}
+        self._rooms: dict[Sizes, _Room] = {}
+
+    def of(self, sizes: Sizes) -> _Room:
+        """Arrays for problems of such sizes."""
+        room = self._rooms.get(sizes)
+        if room is None:
+            if len(self._rooms) >= MOST_SIZES:
+                self._rooms.clear()
+            m = sizes[2]
+            room = _Room(SearchSizes(*sizes, 2 + 2 * m, max(m, 3), max(m, 5), MOST_VISITS))
+            self._rooms[sizes] = room
+        return room
+
+
+class CompiledSearch:
+    """``solve_qpcc`` of one step after another, native where a problem allows it.
+
+    Each solve begins with the controls at a bound that the last one of its sizes ended with.
+
+    Attributes:
+        rooms: of the arrays.
+    """
+
+    def __init__(self, rooms: SearchRooms | None = None) -> None:
+        """Solve in arrays of one's own, or in ``rooms`` shared with others."""
+        self.rooms = SearchRooms() if rooms is None else rooms
+        self._begins: dict[Sizes, npt.NDArray[np.int32]] = {}
+
+    @property
+    def memory(self) -> tuple[SearchBegin, ...]:
+        """What is remembered from solve to solve, the oldest first."""
+        return tuple((sizes, begin.copy()) for sizes, begin in self._begins.items())
+
+    @memory.setter
+    def memory(self, memory: tuple[SearchBegin, ...]) -> None:
+        self._begins = {sizes: begin.copy() for sizes, begin in memory}
 
     def solve(
         self,
@@ -106,7 +154,8 @@ class CompiledSearch:
         plain = len(problem.squares) > 0 and diagonal_is_clear(problem)
         begun = (start, others)
         if plain and _is_warm(*begun, options, problem.contact_count, len(problem.directions)):
-            found = self._room_of(problem).solve(problem, *begun, touching, options)
+            with self._room(sizes_of(problem)) as room:
+                found = room.solve(problem, *begun, touching, options)
         if found is not None:
             return found
         return solve_qpcc(
@@ -134,26 +183,28 @@ class CompiledSearch:
         controls, rows, contacts = len(step.lengths), len(step.targets), len(step.friction)
         if not rows or not _is_warm(start, others, options, contacts, len(step.directions)):
             return None
-        room = self._room(controls, contacts, len(step.directions), rows)
-        return room.solve_step(step, start, others, touching, options)
+        with self._room((controls, contacts, len(step.directions), rows)) as room:
+            return room.solve_step(step, start, others, touching, options)
 
-    def _room_of(self, problem: ContactQPCC) -> _Room:
-        return self._room(
-            *(problem.control_count, problem.contact_count),
-            *(len(problem.directions), len(problem.squares)),
-        )
+    @contextmanager
+    def _room(self, sizes: Sizes) -> Iterator[_Room]:
+        """Arrays for problems of such sizes, in which the solve begins where the last one ended."""
+        begin = self._begins.get(sizes)
+        if begin is None:
+            if len(self._begins) >= MOST_SIZES:
+                self._begins.clear()
+            begin = self._begins[sizes] = np.zeros(sizes[0], dtype=np.int32)
+        room = self.rooms.of(sizes)
+        at_bound = room.counts["at_bound"]
+        at_bound[...] = begin
+        yield room
+        begin[...] = at_bound
 
-    def _room(self, controls: int, contacts: int, directions: int, rows: int) -> _Room:
-        """Arrays for problems of such sizes."""
-        key = (controls, contacts, directions, rows)
-        room = self._rooms.get(key)
-        if room is None:
-            if len(self._rooms) >= MOST_SIZES:
-                self._rooms.clear()
-            m = directions
-            sizes = SearchSizes(*key, 2 + 2 * m, max(m, 3), max(m, 5), MOST_VISITS)
-            room = self._rooms[key] = _Room(sizes)
-        return room
+
+def sizes_of(problem: ContactQPCC) -> Sizes:
+    """The sizes by which the arrays of a problem are found."""
+    contacts, directions = problem.contact_count, len(problem.directions)
+    return problem.control_count, contacts, directions, len(problem.squares)
 
 
 def _is_warm(
@@ -176,7 +227,7 @@ def _is_warm(
 
 
 class _Room:
-    """The arrays of one size of problems, in which each solve begins where the last one ended.
+    """The arrays of one size of problems; a solve begins with the controls ``at_bound`` in them.
 
     ``numbers`` and ``counts`` are those of ``search_layout``, by name.
     """

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
 
 from warp_softbody.device.allocator import Allocator, DeviceArray
 
 Shape = int | tuple[int, ...]
+Made = TypeVar("Made")
 
 
 class Workspace:
@@ -19,6 +21,25 @@ class Workspace:
     def __init__(self) -> None:
         """No arrays yet."""
         self._arrays: dict[tuple[object, ...], DeviceArray] = {}
+        self._shared: dict[tuple[Hashable, ...], tuple[Any, tuple[object, ...]]] = {}
+
+    def shared(
+        self,
+        name: str,
+        values: tuple[Hashable, ...],
+        objects: tuple[object, ...],
+        make: Callable[[], Made],
+    ) -> Made:
+        """What ``make`` makes, once for all owners that name it by the same values and objects.
+
+        It may be what follows from these alone and never changes, or what holds nothing from one
+        use to the next. Objects are told apart by identity, and kept alive.
+        """
+        key = (name, *values, *map(id, objects))
+        if key not in self._shared:
+            self._shared[key] = (make(), objects)
+        found: Made = self._shared[key][0]
+        return found
 
     def part(self, name: str, make: Allocator) -> WorkPart:
         """A part of it for one kind of work, to be laid out anew by every owner."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from warp_softbody.device.allocator import DeviceArray
 from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.device.warp_runtime import with_kernels
@@ -44,21 +46,20 @@ class ImplicitMuscles:
         options = model.options
         kinds = (options.precision, self._kernels.Fibers, self._kernels.FiberState)
         # before any kernel is loaded, as both are of one module
-        self._lanes = fiber_lanes_on(options.device, *kinds) if options.native_code else None
+        self._lanes: Any = fiber_lanes_on(options.device, *kinds) if options.native_code else None
         self._edges = self._kernels
         if self._lanes is not None:
             self._edges = make_fiber_edges(options.precision)
-        volume = layout.pair_weight * model.body.mesh.volumes[layout.pair_tet]
-        whole = np.bincount(layout.pair_segment, volume, model.segment_count)
-        share = volume / np.where(whole > 0.0, whole, 1.0)[layout.pair_segment]
-        own = model.arrays.muscles
+        own, mesh = model.arrays.muscles, model.arrays.mesh
+        found = (own.pair_weight, own.directions, mesh.rest_inverse, mesh.rest_volume)
+        known = workspace.shared("fibers", (), found, lambda: _FiberArrays.of(model))
         self._fibers = struct_of(
             self._kernels.Fibers,
             own,
-            tets=model.arrays.mesh.tets,
-            rest_inverse=model.arrays.mesh.rest_inverse,
-            volume=model.array(volume, scalar),
-            share=model.array(share, scalar),
+            tets=mesh.tets,
+            rest_inverse=mesh.rest_inverse,
+            volume=known.volume,
+            share=known.share,
             strength=model.array(layout.stiffness * layout.rest_lengths, scalar),
         )
         self._state = struct_of(
@@ -72,9 +73,7 @@ class ImplicitMuscles:
             moduli=work.zeros(model.segment_count, scalar),
             tensions=work.zeros(model.segment_count, scalar),
         )
-        by_segment = np.argsort(layout.pair_segment, kind="stable").astype(np.int32)
-        self._segment_pair = model.array(by_segment, wp.int32)
-        self._rest_lengths = model.array(layout.rest_lengths, scalar)
+        self._segment_pair, self._rest_lengths = known.segment_pair, known.rest_lengths
         self._given_back = model.array(_given_back(model), scalar)
         self._blocks = work.zeros(6 * model.tet_count, types.mat33)
         self._weights, self._sorted = work.zeros(pairs, scalar), work.zeros(pairs, scalar)
@@ -83,23 +82,21 @@ class ImplicitMuscles:
         self.reaches = work.zeros(model.segment_count, scalar)
         self.deformations = self._state.deformations
         self.reciprocals = self._state.reciprocals
-        self.rest_rows = model.zeros(model.tet_count, types.mat33)
-        mesh = [model.arrays.mesh.rest_inverse, model.arrays.mesh.rest_volume]
-        rest_rows, count = self._kernels.rest_rows, model.tet_count
-        with_kernels(lambda: self._launch(rest_rows, count, mesh, [self.rest_rows]))
-        self._prepare_lanes()
+        self.rest_rows = known.rest_rows
+        if self._lanes is not None:
+            # what native code takes that never changes
+            dt = (model.options.time_step,)
+            self._shares, self._ways = workspace.shared("corners", dt, found, self._corners)
 
-    def _prepare_lanes(self) -> None:
-        """What native code takes that never changes, where the device has some."""
+    def _corners(self) -> tuple[Any, Any]:
+        """Shares of the corners in a pair's stiffness, and its direction, by axis."""
         m = self._model
-        if self._lanes is None:
-            return
         count = len(m.muscles.pair_tet)
-        self._shares = m.zeros(CORNER_PAIRS * count, m.types.scalar)
-        self._ways = m.zeros((3, count), m.types.scalar)
+        shares = m.zeros(CORNER_PAIRS * count, m.types.scalar)
+        ways = m.zeros((3, count), m.types.scalar)
         kernel, inputs = self._lanes.share_corners, [self._fibers, m.arrays.step.factors]
-        outputs = [self._shares, self._ways]
-        with_kernels(lambda: self._launch(kernel, m.tet_count, inputs, outputs))
+        with_kernels(lambda: self._launch(kernel, m.tet_count, inputs, [shares, ways]))
+        return shares, ways
 
     def _launch(self, kernel: Any, count: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, count, inputs, outputs, self._model.options.device)
@@ -163,6 +160,46 @@ class ImplicitMuscles:
         self._launch(k.weigh_pairs, count, inputs, [self._weights])
         self._launch(k.by_segment, count, [self._segment_pair, self._weights], [self._sorted])
         return self._sorted
+
+
+@dataclass(frozen=True, eq=False)
+class _FiberArrays:
+    """Constant arrays of fibres in tets that all copies of a body share; q pairs, s segments.
+
+    Attributes:
+        volume: (q,) scalar m^3, w V0.
+        share: (q,) scalar, its part of the segment's.
+        segment_pair: (q,) int32, pairs by segment.
+        rest_lengths: (s,) scalar m.
+        rest_rows: (m,) mat33, rows V0 g_a of the corners 1 to 3.
+    """
+
+    volume: DeviceArray
+    share: DeviceArray
+    segment_pair: DeviceArray
+    rest_lengths: DeviceArray
+    rest_rows: DeviceArray
+
+    @staticmethod
+    def of(model: Model) -> _FiberArrays:
+        """Those of a model with muscles."""
+        layout, scalar = model.muscles, model.types.scalar
+        volume = layout.pair_weight * model.body.mesh.volumes[layout.pair_tet]
+        whole = np.bincount(layout.pair_segment, volume, model.segment_count)
+        share = volume / np.where(whole > 0.0, whole, 1.0)[layout.pair_segment]
+        by_segment = np.argsort(layout.pair_segment, kind="stable").astype(np.int32)
+        kernel = make_implicit_muscles(model.options.precision).rest_rows
+        rows = model.zeros(model.tet_count, model.types.mat33)
+        mesh = [model.arrays.mesh.rest_inverse, model.arrays.mesh.rest_volume]
+        device = model.options.device
+        with_kernels(lambda: launch(kernel, model.tet_count, mesh, [rows], device))
+        return _FiberArrays(
+            volume=model.array(volume, scalar),
+            share=model.array(share, scalar),
+            segment_pair=model.array(by_segment, wp.int32),
+            rest_lengths=model.array(layout.rest_lengths, scalar),
+            rest_rows=rows,
+        )
 
 
 def _given_back(model: Model) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -22,14 +22,23 @@ class MuscleMap:
         self._kernels = make_muscles(stepper.model.options.precision)
         if lanes is not None:
             model, own = stepper.model, stepper.model.arrays.muscles
-            count = len(own.pair_segment)
-            self._shares = model.zeros((max(1, count), SHARES), model.types.scalar)
-            pairs = [own.pair_segment, own.pair_weight, own.directions]
+            found = (own.pair_segment, own.pair_weight, own.directions)
             share = lanes.share_directions
-            with_kernels(lambda: self._run(share, count, pairs, [self._shares]))
+            self._shares = stepper.workspace.shared(
+                "shares", (), found, lambda: self._shared(share)
+            )
             muscles = stepper.assembly.muscles
             none = model.zeros(0, model.types.scalar)
             self._scales = none if muscles is None else muscles.reciprocals
+
+    def _shared(self, share: Any) -> Any:
+        """What each number of a tet's stretch adds to a segment, by pair."""
+        model, own = self._stepper.model, self._stepper.model.arrays.muscles
+        count = len(own.pair_segment)
+        shares = model.zeros((max(1, count), SHARES), model.types.scalar)
+        pairs = [own.pair_segment, own.pair_weight, own.directions]
+        with_kernels(lambda: self._run(share, count, pairs, [shares]))
+        return shares
 
     def launch(self, responses: Any, stretch: Any, maps: Any) -> None:
         """Launch the map of ``responses`` (blocks, 3n).

@@ -104,13 +104,15 @@ class _Room:
         )
         numbers = {name: shape(sizes) for name, shape in NUMBERS.items()}
         counts = {name: shape(sizes) for name, shape in COUNTS.items()}
-        program = HostProgram(numbers, counts)
+        program = stepper.workspace.shared(
+            "maps", tuple(sizes), (), lambda: HostProgram(numbers, counts)
+        )
         self._numbers, self._counts = program.numbers, program.counts
         self._counts["settings"][...] = sizes
-        self._numbers["masses"][...] = model.masses
+        self._masses = model.masses
         damping = model.scene.character.material.mass_damping
         free = 1.0 / (1.0 + model.options.time_step * damping)
-        self._numbers["scalars"][...] = model.masses.sum(), free
+        self._scalars = (float(model.masses.sum()), free)
         kernels = make_reduced_maps(model.options.precision)
         found = [room["x"], room["response"], room["maps"], stepper.assembly.momentum]
         found += [stepper.lengths, stepper.reaches]
@@ -124,6 +126,9 @@ class _Room:
         frames: Sequence[FloatArray],
     ) -> int | None:
         """Take rows apart; how many are to be solved for, None where they are not finite."""
+        # other models may have used the arrays since
+        self._numbers["masses"][...] = self._masses
+        self._numbers["scalars"][...] = self._scalars
         whole, begin = self._numbers["rows"], 0
         for part in rows:
             whole[begin : begin + len(part)] = part

@@ -18,6 +18,7 @@ from scipy.sparse import bsr_array
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
+from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.block_solver import BlockSolver, SavedResponses
 from warp_softbody.engine.free_turn import FreeTurn
 from warp_softbody.engine.native_maps import NativeMaps, StepMaps, native_maps_on
@@ -124,6 +125,11 @@ class ReducedDynamics:
     def row_capacity(self) -> int:
         """Rows of J that there is room for."""
         return self._blocks.row_capacity
+
+    @property
+    def workspace(self) -> Workspace:
+        """Of arrays that hold nothing between steps, that of the stepper."""
+        return self._stepper.workspace
 
     @shares_warp
     def save(self) -> SavedResponses:

@@ -11,7 +11,7 @@ import pytest
 from tests.support.contact_problems import repeated, soft_body
 from warp_softbody.controllers import ContactQPCC, SolverOptions, control_solver, solve_qpcc
 from warp_softbody.controllers.compiled import contact_solver
-from warp_softbody.controllers.compiled.contact_solver import CompiledSearch
+from warp_softbody.controllers.compiled.contact_solver import CompiledSearch, sizes_of
 from warp_softbody.controllers.qpcc.contact import (
     force_elimination,
     kkt_residual,
@@ -187,7 +187,7 @@ def test_cones_are_those_of_the_mode_table(directions: int) -> None:
             touching=np.ones(4, bool),
             options=SolverOptions(kicks=0),
         )
-        room, table = search._room_of(problem), mode_table(problem)
+        room, table = search.rooms.of(sizes_of(problem)), mode_table(problem)
         np.testing.assert_array_equal(room.counts["valid"], table.valid)
         names = {"basis": "force_basis", "constraints": "velocity_constraints"}
         for name in ("basis", "constraints", "inequalities", "halfspaces", "rays"):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warp_softbody.controllers.compiled.contact_solver import GIVEN, CompiledSearch
+from warp_softbody.controllers.compiled.contact_solver import GIVEN, CompiledSearch, sizes_of
 from warp_softbody.controllers.controller import ActivationCost, Goals
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch
@@ -82,7 +82,7 @@ def test_arrays_and_result_are_those_of_the_built_problem(contacts: int, cone: i
             "options": SolverOptions(),
         }
         found = search.solve_step(step_terms(*asked, time_unit=0.3, cone=cone), **known)
-        room = search._room_of(problem).numbers
+        room = search.rooms.of(sizes_of(problem)).numbers
         expected = {name: getattr(problem, name) for name in GIVEN}
         expected |= {
             "offset": problem.velocity_offset,
@@ -136,7 +136,7 @@ def test_segments_rest_only_while_they_are_told_to() -> None:
         own = replace(goals, resting=resting)
         numbers = step_terms(own, maps, before, DT, time_unit=0.3)
         assert search.solve_step(numbers, **known) is not None
-        room = search._room(SEGMENTS, 1, 8, sum(ROWS)).numbers
+        room = search.rooms.of((SEGMENTS, 1, 8, sum(ROWS))).numbers
         held = np.flatnonzero(room["lower"] == room["upper"])
         assert set(resting) <= set(held.tolist())
         expected = build_qpcc(own, maps, before, DT, time_unit=0.3)
