@@ -47,6 +47,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         *("base", "atomic_files", "body", "world", "engine", "controllers.control_options"),
         *("run", "scenes", "__init__"),
     ),
+    "teaching": (*("base", "body", "world", "controllers", "run", "scenes", "__init__"),),
     "live": (
         *("base", "atomic_files", "body", "world", "engine", "controllers", "run"),
         "stage_exports",

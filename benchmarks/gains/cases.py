@@ -12,6 +12,7 @@ from warp_softbody.controllers.controller import Controller
 from warp_softbody.controllers.motions.balance import Balance
 from warp_softbody.controllers.motions.roll import Roll
 from warp_softbody.scenes import ScenePlan, balance_i, jump_i, jump_t, roll_o
+from warp_softbody.teaching.ranges import Range
 
 Changes = Mapping[str, float]
 
@@ -25,15 +26,6 @@ FAMILY = (
     "coarser mesh",
 )
 """Cheap members that together say whether a motion belongs to its body or to one discretisation."""
-
-
-@dataclass(frozen=True)
-class Range:
-    """Where a gain is drawn from: evenly, or evenly by its logarithm."""
-
-    low: float
-    high: float
-    log: bool = False
 
 
 BOUNDS = {"volume": 0.03, "reversals": 0.10}

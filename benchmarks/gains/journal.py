@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.gains.trials import Trial
-from benchmarks.robustness.json_lines import JsonLines
 from benchmarks.robustness.outcomes import fingerprint
 from benchmarks.robustness.variation import Variation
+from warp_softbody.teaching.json_lines import JsonLines
 
 
 def key(scene: str, gains: Mapping[str, float], member: Variation, seconds: float | None) -> str:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gains.cases import GainCase
-from benchmarks.gains.evolution import minimise
 from benchmarks.gains.journal import TrialJournal, key
 from benchmarks.gains.trials import Trial, family_cost, make_trials, trial_cost
 from benchmarks.robustness.variation import Variation
 from warp_softbody.arrays import FloatArray
+from warp_softbody.teaching.evolution import minimise
 
 Gains = Mapping[str, float]
 
@@ -149,21 +149,10 @@ class FamilySearch:
 
 def gains_of(case: GainCase, point: FloatArray) -> dict[str, float]:
     """Gains by where in its range each is, from 0 to 1."""
-    found = {}
-    for name, share in zip(case.ranges, point.tolist(), strict=True):
-        low, high = case.ranges[name].low, case.ranges[name].high
-        if case.ranges[name].log:
-            found[name] = low * (high / low) ** share
-        else:
-            found[name] = low + (high - low) * share
-    return found
+    pairs = zip(case.ranges.items(), point.tolist(), strict=True)
+    return {name: bounds.number(share) for (name, bounds), share in pairs}
 
 
 def shares(case: GainCase, gains: Gains) -> FloatArray:
     """Where in its range each gain is, the inverse of `gains_of`."""
-    found = []
-    for name, bounds in case.ranges.items():
-        value = np.array([gains[name], bounds.low, bounds.high])
-        at, low, high = np.log(np.maximum(value, 1e-12)) if bounds.log else value
-        found.append((at - low) / (high - low))
-    return np.asarray(np.clip(np.array(found), 0.0, 1.0))
+    return np.array([bounds.share(gains[name]) for name, bounds in case.ranges.items()])

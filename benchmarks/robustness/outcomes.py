@@ -13,8 +13,8 @@ from typing import Any
 
 import benchmarks
 import warp_softbody
-from benchmarks.robustness.json_lines import JsonLines
 from benchmarks.robustness.variation import Variation
+from warp_softbody.teaching.json_lines import JsonLines
 
 PROGRAM = Path(warp_softbody.__file__).parent
 APART = ("accuracy", "cli", "__pycache__")

@@ -18,7 +18,7 @@ from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.any_body import feet_of, require_muscles, require_regions
 from warp_softbody.controllers.motions.balance_gains import ANY_BODY, BalanceGains
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
-from warp_softbody.controllers.motions.for_any_body.support import room
+from warp_softbody.controllers.motions.for_any_body.support import hull, reach, room
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import unchecked_copy
@@ -45,6 +45,10 @@ that only shorten cannot give back to it: a plan that keeps trying bends it unti
 RISE_WITHIN = 0.1
 """L, `BalanceGains.height_within` of a body on a narrow sole."""
 
+YIELDING = 0.4
+"""Of the way to the edge of the sole, beyond `BalanceGains.hold_within`, over which the base comes
+to be moved under the head with all its weight."""
+
 LYING = 0.5
 """Height over length of a body below which it has no head to hold up."""
 
@@ -57,12 +61,16 @@ class _Lever(NamedTuple):
         rest: (3,) m, that difference at rest.
         slopes: (2, n), weights of heights in how far the base's slopes carry the head, along x, y.
         rows: (3, 3n), of the objective.
+        base_rows: (2, 3n), what rows along x and y have of the base, with the opposite sign.
+        sole: (h, 2) m, corners around where the centre of mass belongs.
     """
 
     weights: FloatArray
     rest: FloatArray
     slopes: FloatArray
     rows: FloatArray
+    base_rows: FloatArray
+    sole: FloatArray
 
 
 @remembered
@@ -174,22 +182,43 @@ class Balance:
         height = SKIP_WEIGHT if skips else g.height_weight
         return objectives.Objective(
             name="upright",
-            rows=lever.rows,
+            rows=self._upright_rows(lever, ahead, offset),
             target=way / (view.gravity * view.time_step),
             weight=g.upright_weight * np.array([1.0, 1.0, height]),
         )
 
+    def _upright_rows(self, lever: _Lever, ahead: FloatArray, offset: float) -> FloatArray:
+        """Rows in which the base counts the more, the nearer the capture point is to its edge."""
+        hold = self._gains.hold_within
+        if hold == 0.0:
+            return lever.rows
+        share = offset / max(reach(lever.sole, ahead), LEAST_HEIGHT * offset, 1e-12)
+        kept = 1.0 - min(max((share - hold) / YIELDING, 0.0), 1.0)
+        rows: FloatArray = lever.rows.copy()
+        rows[:2] += kept * lever.base_rows
+        return rows
+
     def _lever(self, view: BodyView) -> _Lever:
         """What stays of the head over the base."""
         if self._head_over_base is None:
-            points = view.scene.character.mesh.points
-            weights = mean_weights(view, (self._head,)) - mean_weights(view, (self._base,))
+            character = view.scene.character
+            points, base = character.mesh.points, mean_weights(view, (self._base,))
+            weights = mean_weights(view, (self._head,)) - base
             rest = weights[: len(points)] @ points
             slopes = self._gains.follow * rest[2] * self._slopes(view)
             rows = objectives.mean_rows(view, weights).reshape(3, -1, 3)
             rows[:2, :, 2] += slopes
-            rows /= view.gravity * view.time_step
-            self._head_over_base = _Lever(weights, rest, slopes, rows.reshape(3, -1))
+            unit = view.gravity * view.time_step
+            rows /= unit
+            sole = points[character.region(self._base), :2]
+            self._head_over_base = _Lever(
+                weights,
+                rest,
+                slopes,
+                rows.reshape(3, -1),
+                objectives.mean_rows(view, base)[:2] / unit,
+                hull(sole - sole.mean(axis=0) - self._stance[:2]),
+            )
         return self._head_over_base
 
     def _rising(

@@ -28,6 +28,9 @@ class BalanceGains:
         height_acceleration: g, the largest of the head against the base that is asked for.
         height_within: L, offset of the capture point below which less than the whole way up to its
             height is asked of the head, none at all at 0.
+        hold_within: share of the way to the edge of the sole up to which the capture point may come
+            before the base is moved to come under the head; at 0 it always is. Feet are light, and
+            a plan that brings the head over the base by them shuffles on for ever.
         squat: how much lower the head is wanted, as a share of the capture point's offset.
         least_height: share of the head's height at rest below which no squat goes.
         skip_from: L, offset of the capture point from which on the body shortens as fast as it
@@ -54,6 +57,7 @@ class BalanceGains:
     height_rate: float = field(default=3.2, metadata=dimension(time=-1.0))
     height_acceleration: float = 3.0
     height_within: float = field(default=0.0, metadata=dimension(length=1.0))
+    hold_within: float = 0.0
     squat: float = 0.0
     least_height: float = 0.75
     skip_from: float = field(default=1.0, metadata=dimension(length=1.0))
@@ -83,6 +87,7 @@ class BalanceGains:
                 "height_rate",
                 "height_acceleration",
                 "height_within",
+                "hold_within",
                 "squat",
                 "momentum_weight",
                 "spin_weight",
@@ -127,6 +132,7 @@ ANY_BODY = replace(
     upright_weight=0.03,
     follow=0.0,
     lean=0.0,
+    hold_within=0.6,
     squat=0.0,
     skip_from=1.0,
     activation=ActivationCost(effort=0.1, change=0.5),

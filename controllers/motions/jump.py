@@ -88,21 +88,23 @@ class Jump:
         character: Character,
         *,
         height: float = 0.08,
+        way: float = 0.0,
         jumps: int = 1,
         gains: JumpGains | None = None,
     ) -> Jump:
-        """Jumps of any body that stands, in place.
+        """Jumps of any body that stands.
 
         Args:
             character: has a region `base`; it stands as in `Balance.for_`.
             height: m, to which its base is to come off the ground on Earth.
+            way: m along x, by which each jump goes ahead.
             jumps: number of them.
-            gains: None for those of a body of its height; ``height`` is theirs then.
+            gains: None for those of a body of its height; ``height`` and ``way`` are theirs then.
 
         Raises:
             InputError: the body lies, or lacks a region or muscles.
         """
-        found = jump_gains(character, height)
+        found = jump_gains(character, height, way)
         gains = found if gains is None else gains
         return cls(gains, jumps=jumps, patches=feet_of(character))
 

@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from benchmarks.gains import search as searching
-from benchmarks.gains.cases import CASES, Range
+from benchmarks.gains.cases import CASES
 from benchmarks.gains.command import line, write
-from benchmarks.gains.evolution import minimise
 from benchmarks.gains.family import family
 from benchmarks.gains.journal import TrialJournal
 from benchmarks.gains.search import Draw, FamilySearch
@@ -28,6 +27,8 @@ from benchmarks.robustness.variation import Variation
 from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
 from warp_softbody.run.simulation import Simulation
+from warp_softbody.teaching.evolution import minimise
+from warp_softbody.teaching.ranges import Range
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -23,7 +23,7 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("do", ["balance", "walk", "jump", "roll"])
+@pytest.mark.parametrize("do", ["balance", "walk", "jump", "hop", "roll"])
 def test_does_what_it_is_asked(ring: Path, do: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(ring), "--do", do, "--seconds", "0.1", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["controller"] == "qpcc"

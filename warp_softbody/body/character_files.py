@@ -46,11 +46,11 @@ def save_character(character: Kept, path: Path) -> None:
     text = json.dumps({"format": FORMAT, "version": VERSION, **described(character, stored)})
     try:
         with replacing(path) as new, ZipFile(new, "w", ZIP_DEFLATED) as archive:
-            _put(archive, TEXT, text.encode())
+            put_entry(archive, TEXT, text.encode())
             for name, array in arrays.items():
                 data = io.BytesIO()
                 np.lib.format.write_array(data, array, allow_pickle=False)
-                _put(archive, name, data.getvalue())
+                put_entry(archive, name, data.getvalue())
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
 
@@ -61,14 +61,7 @@ def load_character(path: Path) -> dict[str, Any]:
     Raises:
         InputError: the file is missing, is none of its kind, or holds what no character can have.
     """
-    _check_extension(path)
-    try:
-        with ZipFile(path) as archive:
-            entries = _entries(archive, path)
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: there is no such file") from error
-    except (OSError, BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
-        raise InputError(f"{path}: cannot be read as a character: {error}") from error
+    entries = read_entries(path)
     try:
         text = json.loads(entries.pop(TEXT))
         if text["format"] != FORMAT or text["version"] != VERSION:
@@ -85,12 +78,29 @@ def load_character(path: Path) -> dict[str, Any]:
         ) from error
 
 
+def read_entries(path: Path) -> dict[str, bytes]:
+    """Everything that a character's file holds, by name.
+
+    Raises:
+        InputError: the file is missing, or is none of its kind.
+    """
+    _check_extension(path)
+    try:
+        with ZipFile(path) as archive:
+            return _entries(archive, path)
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: there is no such file") from error
+    except (OSError, BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        raise InputError(f"{path}: cannot be read as a character: {error}") from error
+
+
 def _check_extension(path: Path) -> None:
     if path.suffix.lower() != EXTENSION:
         raise InputError(f"{path}: a character's file must end in {EXTENSION}")
 
 
-def _put(archive: ZipFile, name: str, data: bytes) -> None:
+def put_entry(archive: ZipFile, name: str, data: bytes) -> None:
+    """Add an entry whose bytes hang on its name and data alone."""
     entry = ZipInfo(name, BEGINNING_OF_TIME)
     entry.compress_type = ZIP_DEFLATED
     archive.writestr(entry, data)

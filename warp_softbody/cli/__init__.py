@@ -24,6 +24,7 @@ from warp_softbody.cli import (
     picture_command,
     recover_command,
     run_command,
+    teach_command,
     tune_command,
     view_command,
 )
@@ -45,6 +46,7 @@ COMMANDS = (
     picture_command,
     mesh_command,
     character_command,
+    teach_command,
     chart_command,
     tune_command,
     doctor_command,

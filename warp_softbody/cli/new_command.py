@@ -35,7 +35,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument(
         "--do",
-        choices=("balance", "walk", "crawl", "jump", "roll"),
+        choices=("balance", "walk", "crawl", "jump", "hop", "roll"),
         help="what the character of a file, NAME.char, does (balance)",
     )
     parser.set_defaults(handler=run)

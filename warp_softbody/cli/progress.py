@@ -5,14 +5,19 @@ from __future__ import annotations
 import sys
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     import rich.progress
 
+Bar = TypeVar("Bar", bound="ProgressBar")
+
 
 class ProgressBar:
     """Simulated seconds against those wanted; silent where nobody looks."""
+
+    form = "{task.completed:.1f} of {task.total:g} s"
+    """How far it has come, as it is told."""
 
     def __init__(self, name: str, seconds: float, *, quiet: bool) -> None:
         """Prepare a bar of ``seconds`` simulated seconds."""
@@ -22,9 +27,9 @@ class ProgressBar:
         self._task: rich.progress.TaskID | None = None
         self._compiled = 0
         if not quiet and sys.stderr.isatty():
-            self._bar = _bar()
+            self._bar = _bar(self.form)
 
-    def __enter__(self) -> ProgressBar:
+    def __enter__(self: Bar) -> Bar:
         """Show the bar."""
         if self._bar is not None:
             with suppress(OSError):
@@ -64,14 +69,24 @@ class ProgressBar:
                 self._bar.update(self._task, description=description, completed=completed)
 
 
-def _bar() -> rich.progress.Progress:
+class CountBar(ProgressBar):
+    """Things done against those wanted."""
+
+    form = "{task.completed:.0f} of {task.total:.0f}"
+
+    def counted(self, count: int, told: str) -> None:
+        """Show how many are done, and what there is to tell of them."""
+        self._update(description=f"{self._name}, {told}", completed=count)
+
+
+def _bar(form: str) -> rich.progress.Progress:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.completed:.1f} of {task.total:g} s"),
+        TextColumn(form),
         TimeRemainingColumn(),
         console=Console(stderr=True),
         transient=True,

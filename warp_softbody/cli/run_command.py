@@ -100,7 +100,7 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--do",
-        choices=("balance", "walk", "crawl", "jump", "roll"),
+        choices=("balance", "walk", "crawl", "jump", "hop", "roll"),
         help="what the character of a file, NAME.char, does (balance)",
     )
     parser.add_argument(

@@ -23,8 +23,10 @@ SPIN_WEIGHT = 0.5
 """Of the angular momentum: bodies that are not symmetric cannot have both momenta at once."""
 
 
-def jump_gains(character: Character, height: float) -> JumpGains:
+def jump_gains(character: Character, height: float, way: float = 0.0) -> JumpGains:
     """Gains with which the base comes off the ground by about a height, m, on Earth.
+
+    It lands a way, m, further along x: in the air for twice the time in which it rises.
 
     Raises:
         InputError: the body lies, or lacks a base or muscles.
@@ -39,14 +41,18 @@ def jump_gains(character: Character, height: float) -> JumpGains:
     mesh = character.mesh
     length = float(np.ptp(mesh.bounds, axis=0).max())
     height = checks.number("height of Jump", height, above=0.0, high=length, unit="m")
+    way = checks.number("way of Jump", way, low=-length, high=length, unit="m")
+    rises = math.sqrt(2.0 * height / length)
     mass = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points))
     middle = mass @ mesh.points / mass.sum() - mesh.points[character.region("base")].mean(axis=0)
     reach = float(middle[2]) / length
     upright = ANY_BODY.upright_weight if len(character.regions.get("head", ())) else 0.0
     return JumpGains(
-        launch=(0.0, 0.0, math.sqrt(2.0 * height / length)),
+        launch=(0.5 * way / length / rises, 0.0, rises),
+        way=(way / length, 0.0),
         depth=DEPTH * reach,
         height=LANDING * reach,
         spin_weight=SPIN_WEIGHT,
-        landing=replace(ANY_BODY, base_weight=0.0, upright_weight=upright),
+        # with held feet a chair came off the floor by a fifth of what it was asked for
+        landing=replace(ANY_BODY, base_weight=0.0, upright_weight=upright, hold_within=0.0),
     )

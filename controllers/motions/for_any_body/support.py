@@ -49,6 +49,28 @@ def drawn_together(corners: FloatArray, margin: float) -> FloatArray:
     return np.asarray(middle + (1.0 - margin) * (corners - middle))
 
 
+def reach(corners: FloatArray, way: FloatArray) -> float:
+    """How far the edge of a convex polygon is from the origin along a way (2,).
+
+    Infinite along no way at all, and 0 of a polygon that is but a line or a point.
+
+    Args:
+        corners: (h, 2), counterclockwise, around the origin.
+        way: (2,) of any length.
+    """
+    size = float(np.linalg.norm(way))
+    if size == 0.0:
+        return float("inf")
+    if len(corners) < 3:
+        return 0.0
+    sides = np.roll(corners, -1, axis=0) - corners
+    outwards = np.stack([sides[:, 1], -sides[:, 0]], axis=1)
+    rises = outwards @ (way / size)
+    ahead = rises > 1e-12 * np.linalg.norm(outwards, axis=1)
+    distances = np.einsum("ij,ij->i", outwards, corners)[ahead] / rises[ahead]
+    return max(float(distances.min(initial=np.inf)), 0.0)
+
+
 def room(sole: FloatArray, middle: FloatArray) -> float:
     """How far a centre of mass is from tipping over an edge of a sole, over its height above it.
 

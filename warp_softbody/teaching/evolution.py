@@ -1,4 +1,4 @@
-"""CMA-ES within the unit cube, by the package `cmaes` of the extra ``bench``.
+"""CMA-ES within the unit cube, by the package `cmaes` of the extra ``teach``.
 
 Hansen, *The CMA Evolution Strategy: A Tutorial*, arXiv:1604.00772. A search is a function of its
 start, its seed and the costs, so that one that was stopped goes on where costs are remembered.
@@ -49,7 +49,7 @@ def minimise(
         module = importlib.import_module("cmaes")
     except ImportError as error:
         raise MissingExtraError(
-            "searches need the package cmaes; install it with pip install 'warp-softbody[bench]'"
+            "searches need the package cmaes; install it with pip install 'warp-softbody[teach]'"
         ) from error
 
     def judged(points: Mapping[int, FloatArray]) -> list[Evaluation]:
