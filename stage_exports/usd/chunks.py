@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import RLock
@@ -26,10 +26,23 @@ from warp_softbody.stage_exports.usd.claims import (
     left_behind,
     writing_process,
 )
+from warp_softbody.stage_exports.usd.growing_crate import GrowingCrate, UnknownCrate
 from warp_softbody.stage_exports.usd.isolation import apart
-from warp_softbody.stage_exports.usd.merging import PACKED, STATIC, closed_chunks, export, reason
+from warp_softbody.stage_exports.usd.merging import (
+    CRATES,
+    PACKED,
+    STATIC,
+    closed_chunks,
+    export,
+    opened,
+    reason,
+)
+from warp_softbody.stage_exports.usd.series import Series
 from warp_softbody.stage_exports.usd.stage_files import identity, mark_own
 from warp_softbody.stage_exports.usd.textures import keep_textures, kept_textures
+
+GROWN = "grown.usdc"
+"""The stage to be, of all frames so far."""
 
 USD = RLock()
 """Held while layers are made and written: USD's change blocks are those of the whole process."""
@@ -55,6 +68,8 @@ class ChunkFolder:
         self.target = target
         self._claim: Claim | None = None
         self._overwrite = overwrite
+        self._crate: GrowingCrate | None = None
+        self._grows = target.suffix.lower() in CRATES
         self._before = identity(target)
         with self._one_sentence(), suppress(FileNotFoundError):
             # where the longest name made beside it is too long, this says so
@@ -87,16 +102,42 @@ class ChunkFolder:
         with self._one_sentence():
             _stored(samples, self._folder / f"frames_{first_frame:08d}.usdc")
 
-    def finish(self) -> None:
+    def grow(self, first_frame: int, codes: Sequence[float], series: Sequence[Series]) -> None:
+        """Add frames to the stage as it will be; the same ones again change nothing.
+
+        Where that is not possible the stage is made of the chunks at the end.
+        """
+        if not self._grows:
+            return
+        self._grows = False
+        with suppress(OSError, InputError, UnknownCrate):
+            if self._crate is None:
+                with USD:
+                    static = opened(self._folder / STATIC)
+                    self._crate = GrowingCrate(self._folder / GROWN, static, series)
+            if self._crate.frames == first_frame:
+                self._crate.add(codes, series)
+            self._grows = True
+        if not self._grows:
+            self._let_go()
+
+    def finish(self, first_frame: int, last: Callable[[], Any] | None) -> None:
         """Make the stage, in one step, and forget these chunks and what crashed takes left.
+
+        Args:
+            first_frame: of the last chunk.
+            last: makes its samples, or None where all chunks are stored. They become a chunk only
+                if the stage has to be made of chunks, or cannot be made.
 
         Raises:
             OutputError: it could not be written, or another stands there since this take began.
         """
         with self._one_sentence():
-            if identity(self.target) not in (None, self._before):
-                raise OSError("another was written there since this take began")
-            _merged(self._folder, self.target, trusted=True)
+            try:
+                self._make(first_frame, last)
+            except BaseException:
+                self._keep(first_frame, last)
+                raise
         self.forget()
         for older in left_behind(self.target):
             older.remove()
@@ -118,6 +159,39 @@ class ChunkFolder:
         self.begin()
         assert self._claim is not None
         return self._claim.folder
+
+    def to_disk(self) -> None:
+        """Let a disk write what has grown; whether it is full is told at the end."""
+        if self._grows and self._crate is not None:
+            with suppress(OSError):
+                self._crate.to_disk()
+
+    def _keep(self, first_frame: int, last: Callable[[], Any] | None) -> None:
+        self._grows = False
+        self._let_go()
+        if last is not None:
+            self.add(first_frame, last())
+
+    def _let_go(self) -> None:
+        """Do without the crate that grew; the disk may be full of it."""
+        if self._crate is not None:
+            self._crate.close()
+            self._crate = None
+        with suppress(OSError):
+            (self._folder / GROWN).unlink()
+
+    def _make(self, first_frame: int, last: Callable[[], Any] | None) -> None:
+        """Make the target of the crate that grew, or of the chunks where there is none."""
+        if identity(self.target) not in (None, self._before):
+            raise OSError("another was written there since this take began")
+        if self._grows and self._crate is not None:
+            with _placed(self._folder, self.target) as path:
+                self._crate.finish()
+                os.rename(self._folder / GROWN, path)
+        else:
+            self._keep(first_frame, last)
+            _merged(self._folder, self.target, trusted=True)
+        mark_own(self.target)
 
     def _require_alone(self, own: Claim | None) -> None:
         process = writing_process(self.target, None if own is None else own.folder)
@@ -184,15 +258,20 @@ def _stored(layer: Any, path: Path) -> None:
 
 
 def _merged(folder: Path, target: Path, *, trusted: bool) -> int:
-    """Make one file of all chunks of a folder, in that folder first; returns its frames' number."""
+    """Make one file of all chunks of a folder; returns its frames' number."""
     size = sum(chunk.stat().st_size for chunk in folder.glob("*.usdc"))
+    with _placed(folder, target) as path:
+        frames: int = apart("merge", folder, path, size=size, trusted=trusted)
+    return frames
+
+
+@contextmanager
+def _placed(folder: Path, target: Path) -> Iterator[str]:
+    """A path in a folder of chunks to write the stage to, which then becomes the target."""
     if target.suffix.lower() != PACKED:
         keep_textures(target.parent, kept_textures(folder))
     with USD, replacing(target, within=folder) as path:
-        frames: int = apart("merge", folder, str(path), size=size, trusted=trusted)
-    if trusted:
-        mark_own(target)
-    return frames
+        yield str(path)
 
 
 def _nothing(target: Path, free: list[Claim]) -> str:

@@ -21,6 +21,15 @@ LOCK = "lock"
 _TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
 
 
+_named_process: int | None = None
+
+
+def speak_for(process: int) -> None:
+    """Name another process as the writer of what this one writes: the one that had it made."""
+    global _named_process
+    _named_process = process
+
+
 @dataclass
 class Claim:
     """A folder of chunks and its lock, which is held until it is let go, by this process alone.
@@ -66,7 +75,7 @@ def claim(target: Path) -> Claim:
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
         lock = os.open(folder / LOCK, flags, 0o600)
         _locked(lock)
-        os.write(lock, str(os.getpid()).encode())
+        os.write(lock, str(_named_process or os.getpid()).encode())
         return Claim(_named(folder, target), lock)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)

@@ -19,6 +19,8 @@ from warp_softbody.world.frame import ContactSample, Frame
 LARGEST = float(np.finfo(np.float32).max)
 """What single precision, in which everything is stored, can hold."""
 
+NOTHING = ContactSample()
+
 
 def checked_time_code(frame: Frame, fps: float, last: float) -> float:
     """The time code at which a frame stands.
@@ -73,7 +75,7 @@ def _contacts(
     """A copy of contacts; with one body it is clear whose they are, so they need no numbers."""
     count = len(contacts.points)
     if not count and not len(contacts.nodes):
-        return ContactSample(names=contacts.names)
+        return unchecked_copy(NOTHING, names=contacts.names)
     named = named or len(contacts.nodes) > 0
     own = unchecked_copy(
         contacts,
@@ -104,7 +106,8 @@ def _numbers(
     except (TypeError, ValueError) as error:
         raise InputError(f"{place}: {name} must be numbers: {error}") from error
     _check_shape(place, name, own, shape)
-    if own.size and not np.abs(own).max() <= LARGEST:
+    # one product says of nearly all that they can be stored, in a tenth of the time
+    if not np.vdot(own, own) <= LARGEST and own.size and not np.abs(own).max() <= LARGEST:
         if not np.isfinite(own).all():
             raise InputError(f"{place}: {name} holds a number that is not finite")
         raise InputError(f"{place}: {name} holds a number beyond single precision")

@@ -95,14 +95,14 @@ def _groups(chunks: list[Path], group_bytes: int) -> list[list[Path]]:
 
 def _begin(merged: Any, home: Path, groups: list[list[Path]]) -> None:
     """What does not move, and the time codes of the first and last frame."""
-    merged.TransferContent(_opened(home / STATIC))
-    merged.startTimeCode = _opened(groups[0][0]).startTimeCode
-    merged.endTimeCode = _opened(groups[-1][-1]).endTimeCode
+    merged.TransferContent(opened(home / STATIC))
+    merged.startTimeCode = opened(groups[0][0]).startTimeCode
+    merged.endTimeCode = opened(groups[-1][-1]).endTimeCode
 
 
 def _stitch(merged: Any, group: list[Path]) -> None:
     # all stay open until the layer is written, as it takes their arrays without copying them
-    layers = [_opened(chunk) for chunk in group]
+    layers = [opened(chunk) for chunk in group]
     for layer in layers:
         watchdog.feed()
         UsdUtils.StitchLayers(merged, layer)
@@ -167,8 +167,12 @@ def reason(error: Exception) -> str:
     return str(error)
 
 
-def _opened(path: Path) -> Any:
-    """A layer read anew: OpenAsAnonymous never hands out what an older file of that name held."""
+def opened(path: Path) -> Any:
+    """A layer read anew: OpenAsAnonymous never hands out what an older file of that name held.
+
+    Raises:
+        InputError: there is none.
+    """
     layer = Sdf.Layer.OpenAsAnonymous(str(path)) if path.is_file() else None
     if layer is None:
         raise InputError(f"{path.name} is missing or damaged")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 from pxr import Sdf
 
 from warp_softbody.stage_exports import conventions
@@ -30,6 +31,16 @@ _TYPES = {
     conventions.CONTACT_PARTNER_WEIGHTS: Sdf.ValueTypeNames.Float3Array,
 }
 
+_CONVERSIONS = {
+    Sdf.ValueTypeNames.Double3: values.triple,
+    Sdf.ValueTypeNames.Point3fArray: values.vectors,
+    Sdf.ValueTypeNames.Vector3fArray: values.vectors,
+    Sdf.ValueTypeNames.Float3Array: values.vectors,
+    Sdf.ValueTypeNames.FloatArray: values.floats,
+    Sdf.ValueTypeNames.IntArray: values.integers,
+    Sdf.ValueTypeNames.Int3Array: values.triples,
+}
+
 
 class TimedFrame(NamedTuple):
     """A frame, the time code at which it stands, and a camera that moves."""
@@ -39,27 +50,46 @@ class TimedFrame(NamedTuple):
     camera: Camera | None = None
 
 
-def sample_layer(bodies: Sequence[StagedBody], frames: Sequence[TimedFrame]) -> Any:
-    """Overs of the moving attributes, with the first and last time code in the layer's clock."""
-    layer = Sdf.Layer.CreateAnonymous(".usda")
-    codes = [own.time_code for own in frames]
-    with Sdf.ChangeBlock():
-        for prim, name, samples in _all_series(bodies, frames):
-            place = Sdf.AttributeSpec(Sdf.CreatePrimInLayer(layer, prim), name, _TYPES[name]).path
-            for code, value in zip(codes, samples, strict=True):
-                layer.SetTimeSample(place, code, value)
-    layer.startTimeCode = codes[0]
-    layer.endTimeCode = codes[-1]
-    return layer
+class SampleLayer:
+    """Overs of the moving attributes of a run of frames, which may come in parts."""
+
+    def __init__(self) -> None:
+        """Hold no frame yet."""
+        self._places: dict[tuple[str, str], Any] = {}
+        self.layer: Any = Sdf.Layer.CreateAnonymous(".usda")
+
+    def add(self, codes: Sequence[float], series: Sequence[Series]) -> None:
+        """Store further frames, and the first and last time code in the layer's clock.
+
+        The same frames may be stored again, as after an interrupt.
+        """
+        with Sdf.ChangeBlock():
+            for prim, name, samples in series:
+                place, convert = self._place(prim, name), _CONVERSIONS[_TYPES[name]]
+                for code, value in zip(codes, samples, strict=True):
+                    self.layer.SetTimeSample(place, code, convert(value))
+        if not self.layer.HasStartTimeCode():
+            self.layer.startTimeCode = codes[0]
+        self.layer.endTimeCode = codes[-1]
+
+    def _place(self, prim: str, name: str) -> Any:
+        known = self._places.get((prim, name))
+        if known is None:
+            over = Sdf.CreatePrimInLayer(self.layer, prim)
+            known = self._places[prim, name] = Sdf.AttributeSpec(over, name, _TYPES[name]).path
+        return known
 
 
-def _all_series(bodies: Sequence[StagedBody], frames: Sequence[TimedFrame]) -> Iterator[Series]:
+def all_series(bodies: Sequence[StagedBody], frames: Sequence[TimedFrame]) -> list[Series]:
+    """What moves in the frames; the same attributes in the same order, whichever they are."""
+    series = []
     cameras = [own.camera for own in frames if own.camera is not None]
     if cameras:
         # a camera that moves keeps its direction
-        eyes = [values.place(camera) for camera in cameras]
-        yield Series(conventions.CAMERA, conventions.TRANSLATION, eyes)
+        eyes = [np.asarray(camera.eye, dtype=np.float64) for camera in cameras]
+        series.append(Series(conventions.CAMERA, conventions.TRANSLATION, eyes))
     for body in bodies:
         path = conventions.character_path(body.character.name)
-        for series in body_series(body, [body.share(own.frame) for own in frames]):
-            yield series._replace(prim=f"{path}/{series.prim}")
+        for one in body_series(body, [body.share(own.frame) for own in frames]):
+            series.append(one._replace(prim=f"{path}/{one.prim}"))
+    return series

@@ -10,22 +10,29 @@ import numpy as np
 import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.palette import activation_steps
-from warp_softbody.stage_exports.usd import usd_arrays as values
 from warp_softbody.stage_exports.usd.prims import contact_width, fiber_width
 from warp_softbody.world.frame import ContactSample, Frame
+
+_ALONE = ContactSample(
+    points=np.zeros((1, 3)), modes=np.zeros(1, dtype=np.int32), forces=np.zeros((1, 3))
+)
 
 Stored = npt.NDArray[np.float32]
 
 
+Rows = Sequence[npt.NDArray[Any]] | npt.NDArray[Any]
+
+
 class Series(NamedTuple):
-    """The values of one attribute, one a frame."""
+    """The values of one attribute, one a frame, as they are stored."""
 
     prim: str
     attribute: str
-    values: Sequence[Any]
+    values: Rows
 
 
 def body_series(body: StagedBody, frames: Sequence[Frame]) -> Iterator[Series]:
@@ -33,8 +40,8 @@ def body_series(body: StagedBody, frames: Sequence[Frame]) -> Iterator[Series]:
     nodes = np.stack([frame.positions for frame in frames])
     yield from _moving_points(conventions.SKIN, _skins(body, nodes))
     yield from _moving_points(conventions.TETS, nodes)
-    velocities = [values.vectors(frame.velocities) for frame in frames]
-    yield Series(conventions.TETS, conventions.VELOCITY, velocities)
+    velocities = np.stack([frame.velocities for frame in frames])
+    yield Series(conventions.TETS, conventions.VELOCITY, _stored(velocities))
     if len(body.layout.segment_ends):
         yield from _fiber_series(body, frames)
     if body.touches:
@@ -55,11 +62,7 @@ def drawable(contacts: ContactSample, positions: FloatArray) -> ContactSample:
     """
     if len(contacts.points):
         return contacts
-    return ContactSample(
-        points=positions.mean(axis=0, keepdims=True),
-        modes=np.zeros(1, dtype=np.int32),
-        forces=np.zeros((1, 3)),
-    )
+    return unchecked_copy(_ALONE, points=positions.mean(axis=0, keepdims=True))
 
 
 def _skins(body: StagedBody, nodes: FloatArray) -> FloatArray:
@@ -70,8 +73,8 @@ def _skins(body: StagedBody, nodes: FloatArray) -> FloatArray:
 
 def _moving_points(prim: str, positions: FloatArray, width: float = 0.0) -> Iterator[Series]:
     """Points without ``velocities``, along which readers would extrapolate through an impact."""
-    points = positions.astype(np.float32)
-    yield Series(prim, "points", [values.vectors(own) for own in points])
+    points = _stored(positions)
+    yield Series(prim, "points", points)
     yield Series(prim, "extent", _extents(points.min(axis=1), points.max(axis=1), width))
 
 
@@ -80,9 +83,8 @@ def _fiber_series(body: StagedBody, frames: Sequence[Frame]) -> Iterator[Series]
     points = np.stack([frame.fiber_points[ends] for frame in frames])
     activations = np.stack([frame.activations for frame in frames])
     yield from _moving_points(conventions.FIBERS, points, fiber_width(body))
-    shown = [values.floats(own) for own in activations]
-    yield Series(conventions.FIBERS, conventions.ACTIVATION, shown)
-    colors = [values.integers(own) for own in activation_steps(activations)]
+    yield Series(conventions.FIBERS, conventions.ACTIVATION, _stored(activations))
+    colors = activation_steps(activations)
     yield Series(conventions.FIBERS, conventions.COLOR_INDICES, colors)
 
 
@@ -95,23 +97,23 @@ def _contact_series(
     low = np.minimum.reduceat(points, ends[:-1])
     high = np.maximum.reduceat(points, ends[:-1])
     rows = list(pairwise(ends.tolist()))
-    modes = [values.integers(own.modes) for own in shown]
-    yield Series(prim, "points", [values.vectors(points[start:end]) for start, end in rows])
+    modes = [own.modes for own in shown]
+    yield Series(prim, "points", [points[start:end] for start, end in rows])
     yield Series(prim, "extent", _extents(low, high, widths[:, None]))
     each = np.repeat(widths, np.diff(ends))
-    yield Series(prim, "widths", [values.floats(each[start:end]) for start, end in rows])
+    yield Series(prim, "widths", [each[start:end] for start, end in rows])
     yield Series(prim, conventions.COLOR_INDICES, modes)
     yield Series(prim, conventions.CONTACT_MODE, modes)
-    forces = [values.vectors(own.forces) for own in shown]
+    forces = [_stored(own.forces) for own in shown]
     yield Series(prim, conventions.CONTACT_FORCE, forces)
 
 
 def _partner_series(prim: str, shown: Sequence[ContactSample]) -> Iterator[Series]:
     """Whose contacts: the node, the body on the other side, and where on it."""
-    nodes = [values.integers(_named_nodes(own)) for own in shown]
-    partners = [values.integers(own.partners) for own in shown]
-    corners = [values.triples(own.partner_nodes) for own in shown]
-    weights = [values.vectors(own.partner_weights) for own in shown]
+    nodes = [_named_nodes(own) for own in shown]
+    partners = [np.asarray(own.partners, dtype=np.int32) for own in shown]
+    corners = [np.asarray(own.partner_nodes, dtype=np.int32) for own in shown]
+    weights = [_stored(own.partner_weights) for own in shown]
     yield Series(prim, conventions.CONTACT_NODE, nodes)
     yield Series(prim, conventions.CONTACT_PARTNER, partners)
     yield Series(prim, conventions.CONTACT_PARTNER_NODES, corners)
@@ -129,7 +131,11 @@ def _row_ends(shown: Sequence[ContactSample]) -> npt.NDArray[np.int64]:
     return np.cumsum([0, *(len(own.points) for own in shown)])
 
 
-def _extents(low: Stored, high: Stored, width: float | Stored) -> list[Any]:
-    """Boxes of stored points, grown by half the width of what is drawn; see `usd_arrays.extent`."""
+def _stored(array: FloatArray) -> Stored:
+    return array.astype(np.float32)
+
+
+def _extents(low: Stored, high: Stored, width: float | Stored) -> Stored:
+    """(frames, 2, 3) m, boxes of stored points; see `usd_arrays.extent`."""
     half = np.float32(0.5) * np.asarray(width, dtype=np.float32)
-    return [values.vectors(box) for box in np.stack([low - half, high + half], axis=1)]
+    return np.stack([low - half, high + half], axis=1)

@@ -41,9 +41,14 @@ def quadruples(array: npt.ArrayLike) -> Any:
     return Vt.Vec4iArray.FromNumpy(np.ascontiguousarray(array, dtype=np.int32))
 
 
+def triple(numbers: npt.ArrayLike) -> Any:
+    """(3,) numbers in double precision."""
+    return Gf.Vec3d(*np.asarray(numbers, dtype=np.float64).tolist())
+
+
 def place(camera: Camera) -> Any:
     """Where a camera stands, m."""
-    return Gf.Vec3d(*camera.eye.tolist())
+    return triple(camera.eye)
 
 
 def turn(camera: Camera) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from threading import RLock
 from types import TracebackType
@@ -14,13 +15,15 @@ import numpy as np
 from warp_softbody.errors import OutputError
 from warp_softbody.inputs import checks
 from warp_softbody.stage_exports.bodies import staged_bodies
+from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice, camera_path
 from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
 from warp_softbody.stage_exports.usd.chunks import USD, ChunkFolder
 from warp_softbody.stage_exports.usd.frame_checks import checked_time_code, owned
 from warp_softbody.stage_exports.usd.physics_names import PROFILES, Profile
-from warp_softbody.stage_exports.usd.samples import TimedFrame, sample_layer
+from warp_softbody.stage_exports.usd.samples import SampleLayer, TimedFrame, all_series
 from warp_softbody.stage_exports.usd.scene_checks import checked_metadata, checked_static_layer
+from warp_softbody.stage_exports.usd.series import Series
 from warp_softbody.stage_exports.usd.skin_looks import texture_files
 from warp_softbody.stage_exports.usd.surroundings import ASPECT
 from warp_softbody.stage_exports.usd.textures import FOLDER
@@ -90,6 +93,8 @@ class StageWriter:
         self._chunks = ChunkFolder(self._path, overwrite=overwrite)
         self._pending: list[TimedFrame] = []
         self._stored = 0
+        # parts of a chunk: their time codes and what moves
+        self._held: tuple[tuple[list[float], list[Series]], ...] = ()
         self._last_time_code = -math.inf
         self._closed = False
         self._lock = RLock()
@@ -112,11 +117,24 @@ class StageWriter:
             time_code = checked_time_code(frame, self._fps, self._last_time_code)
             own = owned(frame, self._bodies)
             self._chunks.begin()
-            view = self._camera.at(time_code / self._fps, own.positions)
-            self._pending.append(TimedFrame(time_code, own, view if self._camera.moves else None))
+            view = self._view(time_code, own) if self._camera.moves else None
+            self._pending.append(TimedFrame(time_code, own, view))
             self._last_time_code = time_code
-            if len(self._pending) >= self._chunk_frames:
+            if self._waiting >= self._chunk_frames:
                 self._flush()
+
+    def settle(self) -> None:
+        """Do what can be done before the end, for a caller who has time: nothing depends on it.
+
+        Raises:
+            OutputError: what does not move could not be stored.
+        """
+        with self._lock:
+            if not self._closed:
+                self._settle()
+                self._chunks.to_disk()
+                if 2 * self._waiting >= self._chunk_frames:
+                    self._flush()
 
     def close(self) -> None:
         """Merge the chunks into the target; a second call does nothing.
@@ -128,17 +146,27 @@ class StageWriter:
             if self._closed:
                 return
             try:
-                if self._pending:
-                    self._flush()
-                if self._stored:
-                    self._chunks.finish()
+                self._settle()
+                if self._frames:
+                    self._chunks.finish(self._stored, self._samples if self._held else None)
             except OutputError:
                 self._closed = True
                 raise
             finally:
-                if self._closed or not self._stored:
+                if self._closed or not self._frames:
                     self._chunks.leave()
             self._closed = True
+
+    def abandon(self) -> None:
+        """End without a stage; all frames so far are kept for `recover`, if the disk takes them."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            with suppress(OutputError):
+                if self._pending or self._held:
+                    self._flush()
+            self._chunks.leave()
 
     def __enter__(self) -> StageWriter:
         """Write inside the body; from here on no other process may write this path."""
@@ -160,13 +188,43 @@ class StageWriter:
         if self._closed:
             raise OutputError(f"{str(self._path)!r} is closed; no frame can be added")
 
-    def _flush(self) -> None:
-        """Close a chunk. The frames are let go last, so that an interrupt here loses none."""
-        if not self._stored:
+    @property
+    def _frames(self) -> int:
+        """Those that are stored or converted."""
+        return self._stored + sum(len(codes) for codes, _ in self._held)
+
+    @property
+    def _waiting(self) -> int:
+        """Frames that are not in a closed chunk."""
+        return self._frames - self._stored + len(self._pending)
+
+    def _view(self, time_code: float, frame: Frame) -> Camera:
+        return self._camera.at(time_code / self._fps, frame.positions)
+
+    def _settle(self) -> None:
+        """Convert what waits. The frames are let go last, so that an interrupt here loses none."""
+        if not self._pending:
+            return
+        if self._static is not None:
             textures = texture_files(self._bodies, FOLDER.format(self._path.stem))
             self._chunks.start(self._static, textures)
+            self._static = None
+        codes = [own.time_code for own in self._pending]
+        series = all_series(self._bodies, self._pending)
+        self._chunks.grow(self._frames, codes, series)
+        self._held += ((codes, series),)
+        self._pending = []
+
+    def _flush(self) -> None:
+        """Close a chunk; one that an interrupt leaves unfinished is closed once more."""
+        self._settle()
+        self._chunks.add(self._stored, self._samples())
+        self._stored, self._held = self._frames, ()
+
+    def _samples(self) -> Any:
+        """The frames that wait for their chunk, as a layer."""
+        samples = SampleLayer()
         with USD:
-            samples = sample_layer(self._bodies, self._pending)
-        self._chunks.add(self._stored, samples)
-        self._stored, self._pending = self._stored + len(self._pending), []
-        self._static = None
+            for codes, series in self._held:
+                samples.add(codes, series)
+        return samples.layer

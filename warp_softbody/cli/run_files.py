@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from warp_softbody.live import HtmlTake
     from warp_softbody.stage_exports import Movie, StageWriter
     from warp_softbody.stage_exports.pictures.picture import Size
+    from warp_softbody.stage_exports.usd.beside import StageBeside
 
 
 class RunFiles:
@@ -65,14 +66,14 @@ class RunFiles:
         if picture is not None:
             checked_target(picture, extensions=(".png",))
         _require_drawing(movie, picture)
-        self._writers: list[StageWriter | Movie | HtmlTake] = []
+        self._writers: list[StageWriter | StageBeside | Movie | HtmlTake] = []
         if stage is not None:
             with held_back():
-                from warp_softbody.stage_exports import StageWriter
+                from warp_softbody.stage_exports.usd.beside import stage_writer
 
-            writer = StageWriter(
-                stage, scene, fps=fps, metadata=metadata, camera=camera, physics=physics
-            )
+                writer = stage_writer(
+                    stage, scene, fps=fps, metadata=metadata, camera=camera, physics=physics
+                )
             self._writers.append(writer)
         if page is not None:
             from warp_softbody.live import HtmlTake

@@ -1,0 +1,267 @@
+"""A stage is written by a process beside the run, so that the run hardly waits for it.
+
+USD keeps Python's lock while it writes, so that a thread would not help. A fork does, and loads USD
+while the run is prepared. It has a `StageWriter` of its own: what stands in the file is the same to
+the last bit. Where a fork may not be made, or there is one processor, the run writes by itself.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import select
+import signal
+import sys
+from collections.abc import Mapping
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from warp_softbody.errors import OutputError
+from warp_softbody.inputs import checks
+from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice
+from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
+from warp_softbody.stage_exports.usd.byte_ring import ByteRing
+from warp_softbody.stage_exports.usd.frame_bytes import packed
+from warp_softbody.stage_exports.usd.physics_names import Profile
+from warp_softbody.stage_exports.usd.stage_files import mark_own
+from warp_softbody.world.frame import Frame
+from warp_softbody.world.scene import Scene
+
+if TYPE_CHECKING:
+    from warp_softbody.stage_exports.usd.writer import StageWriter
+
+LEAST_RING, FRAMES_AHEAD = 4 << 20, 8
+"""Bytes of frames on their way at most, and how many there have to be room for."""
+
+TOLD_AT_ONCE = 16
+"""Frames of which the writer is told together: each telling wakes it."""
+
+HEARD = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that are for the run; the writer ends with it."""
+
+_ENDING: list[int] = []
+"""Processes that have closed their stages."""
+
+STOP = signal.SIGUSR1
+"""What a run sends that does not wait for the end of the writing."""
+
+
+def stage_writer(
+    path: str | Path,
+    scene: Scene,
+    *,
+    fps: float = 30.0,
+    metadata: Mapping[str, str | float] | None = None,
+    camera: CameraChoice = FOLLOW,
+    physics: Profile = "newton",
+) -> StageWriter | StageBeside:
+    """A `StageWriter`, in a process of its own where that is possible; for its arguments see there.
+
+    Raises:
+        InputError: an option or a part of the scene cannot be stored.
+        OutputError: the path cannot be written. A writer beside the run may say so on entering it.
+    """
+    options = {"fps": fps, "metadata": metadata, "camera": camera, "physics": physics}
+    if may_fork():
+        return StageBeside(checked_target(path, extensions=EXTENSIONS), scene, options)
+    from warp_softbody.stage_exports.usd.writer import StageWriter
+
+    return StageWriter(path, scene, **options)  # type: ignore[arg-type]
+
+
+def may_fork() -> bool:
+    """Whether a second processor is free to be used, and no thread here may hold what it needs."""
+    if sys.platform != "linux":
+        return False
+    tasks = Path("/proc/self/task")
+    return len(os.sched_getaffinity(0)) > 1 and tasks.is_dir() and len(list(tasks.iterdir())) == 1
+
+
+class StageBeside:
+    """The run's half of a writer in a process of its own; used as a `StageWriter`.
+
+    A mistake in a frame and a full disk are told by one of the next calls, since the writer is some
+    frames behind. When it is behind by more than `ByteRing` holds the run waits for it.
+    """
+
+    def __init__(self, path: Path, scene: Scene, options: Mapping[str, Any]) -> None:
+        """Fork the writer, which makes a `StageWriter` of these arguments.
+
+        Args:
+            path: absolute, where a file can be made.
+            scene: what the frames are snapshots of.
+            options: of the `StageWriter`.
+        """
+        _ENDING[:] = [process for process in _ENDING if os.waitpid(process, os.WNOHANG)[0] == 0]
+        self.path = path
+        nodes = len(scene.whole.mesh.points)
+        # positions, velocities, and as much again for muscles and contacts
+        self._ring = ByteRing(max(LEAST_RING, FRAMES_AHEAD * 96 * nodes))
+        self._untold: list[tuple[int, int]] = []
+        self._closed = False
+        self._pipe, theirs = Pipe()
+        # the poll of a Connection makes objects that cost more than the question
+        self._answers = select.poll()
+        self._answers.register(self._pipe, select.POLLIN)
+        self._process = _forked(self._pipe, theirs, self._ring, (path, scene, options))
+
+    def __enter__(self) -> StageBeside:
+        """Write inside the body; from here on no other process may write this path."""
+        try:
+            self._tell("enter")
+            self._answer("entered")
+        except BaseException:
+            self._closed = True
+            self._end(STOP)
+            raise
+        return self
+
+    def write(self, frame: Frame) -> None:
+        """Add a copy of a frame; times must increase.
+
+        Raises:
+            InputError: the writer refused this frame, or one of the last.
+            OutputError: the writer is closed, or could not write.
+        """
+        checks.instance("frame to write", frame, Frame)
+        if self._closed:
+            raise OutputError(f"{str(self.path)!r} is closed; no frame can be added")
+        message = packed(frame)
+        place = self._ring.put(message)
+        while place is None:
+            self._tell_frames()
+            if len(message) > self._ring.size:
+                self._tell("large", message)
+                return
+            self._hear()
+            place = self._ring.put(message)
+        self._untold.append((place, len(message)))
+        if len(self._untold) >= TOLD_AT_ONCE:
+            self._tell_frames()
+            while self._answers.poll(0):
+                self._hear()
+
+    def close(self) -> None:
+        """Wait until the stage is whole; a second call does nothing.
+
+        Raises:
+            OutputError: it could not be written; closed chunks are kept for `recover`.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            self._tell_frames()
+            self._tell("close")
+            self._answer("closed")
+        except BaseException:
+            self._end(STOP)
+            raise
+        # what it still takes to end is not waited for
+        self._pipe.close()
+        _ENDING.append(self._process)
+        mark_own(self.path)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Keep the frames so far, whatever ended the body."""
+        self.close()
+
+    def __del__(self) -> None:
+        """A writer that nobody closed leaves its frames for `recover`."""
+        if not self._closed:
+            self._closed = True
+            self._end()
+
+    def _tell_frames(self) -> None:
+        told, self._untold = self._untold, []
+        if told:
+            self._tell("frames", told)
+
+    def _tell(self, *order: Any) -> None:
+        try:
+            self._pipe.send_bytes(pickle.dumps(order))
+        except (BrokenPipeError, ConnectionResetError):
+            # what it said before it ended is the better sentence
+            self._answer("ended")
+            raise self._lost() from None
+
+    def _answer(self, wanted: str) -> None:
+        while self._hear() != wanted:
+            pass
+
+    def _hear(self) -> str:
+        """What the writer says next.
+
+        Raises:
+            SoftBodyError: what it raised.
+        """
+        try:
+            said, told = pickle.loads(self._pipe.recv_bytes())
+        except (EOFError, ConnectionResetError):
+            raise self._lost() from None
+        if said == "read":
+            self._ring.let_go(told)
+        elif said == "raised":
+            raise told
+        return str(said)
+
+    def _lost(self) -> OutputError:
+        return OutputError(
+            f"{str(self.path)!r} could not be written (the process that wrote it has ended); if "
+            "chunks of the take are kept beside it, `warp-softbody recover` makes a stage of them"
+        )
+
+    def _end(self, number: signal.Signals | None = None) -> None:
+        """Let the writer end, at once if it is sent a signal, and wait for that."""
+        if number is not None:
+            os.kill(self._process, number)
+        self._pipe.close()
+        os.waitpid(self._process, 0)
+
+
+def _forked(
+    ours: Connection[Any, Any],
+    theirs: Connection[Any, Any],
+    ring: ByteRing,
+    arguments: tuple[Path, Scene, Mapping[str, Any]],
+) -> int:
+    """Number of a process that serves at ``theirs``; signals for the run do not reach it."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, HEARD)
+    try:
+        process = os.fork()
+        if process == 0:
+            ours.close()
+            _serve(theirs, ring, arguments)
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, HEARD)
+    theirs.close()
+    return process
+
+
+def _serve(
+    pipe: Connection[Any, Any], ring: ByteRing, arguments: tuple[Path, Scene, Mapping[str, Any]]
+) -> NoReturn:
+    """Write until there is nobody to write for; this process never returns to its copy of the run.
+
+    What the run prints is not its business, so that it leaves the streams alone; but it holds them
+    as long as it lives, so that whoever waits for their end finds the stage as it stays.
+    """
+    code = 1
+    try:
+        for number in HEARD:
+            signal.signal(number, signal.SIG_IGN)
+        signal.signal(STOP, signal.default_int_handler)
+        from warp_softbody.stage_exports.usd.beside_service import serve
+
+        serve(pipe, ring, *arguments)
+        code = 0
+    finally:
+        os._exit(code)
