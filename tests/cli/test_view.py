@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from tests.live.messages import read_take_page
+from warp_softbody.characters import letter_i
 from warp_softbody.cli.display import has_display
 from warp_softbody.stage_exports.usd.reader import read_takes
 
@@ -43,6 +44,24 @@ def test_a_scene_is_served_until_ctrl_c(start: Callable[..., subprocess.Popen[st
     assert process.wait(60) == 130
     assert process.stderr is not None
     assert process.stderr.read() == "Open this address in a browser on this machine; Ctrl-C ends.\n"
+
+
+def test_a_character_is_served_that_does_something(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    letter_i(coarse=1).save(tmp_path / "i.char")
+    process = start("view", tmp_path / "i.char", "--do", "jump")
+    stream = answer(first_line(process), "stream")
+    length = int.from_bytes(stream.read(4), "little")
+    assert json.loads(stream.read(length)[1:])["name"] == "letter_i"
+    process.send_signal(signal.SIGINT)
+    assert process.wait(60) == 130
+
+
+def test_a_stage_does_nothing(call: Any) -> None:
+    told = call("view", "take.usdc", "--do", "walk")
+    assert (told.code, told.err.count("\n")) == (2, 1)
+    assert "a finished stage has none" in told.err
 
 
 def test_a_scene_file_is_served(

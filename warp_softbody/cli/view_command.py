@@ -18,7 +18,7 @@ from warp_softbody.cli.output import complain, note, say
 from warp_softbody.cli.run_plan import plan_run
 from warp_softbody.controllers.control_options import METHODS, ControlOptions
 from warp_softbody.engine.options import SimulationOptions
-from warp_softbody.errors import OutputError
+from warp_softbody.errors import InputError, OutputError
 from warp_softbody.run.warp_session import warp_engine
 
 if TYPE_CHECKING:
@@ -69,6 +69,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="a setting of the scene, such as push=0.3; may be repeated",
     )
     parser.add_argument(
+        "--do",
+        choices=("balance", "walk", "crawl", "jump", "hop", "roll"),
+        help="what the character of a file, NAME.char, does (balance)",
+    )
+    parser.add_argument(
         "--seconds",
         metavar="S",
         type=number(1e-3, 1e5, "s"),
@@ -86,6 +91,8 @@ def run(args: argparse.Namespace) -> int:
         SoftBodyError: the sentence for the user.
     """
     path = Path(args.shown)
+    if args.do is not None and path.suffix.lower() in STAGES:
+        raise InputError("--do is for the character of a file, and a finished stage has none")
     return _play(args, path) if path.suffix.lower() in STAGES else _live(args)
 
 
@@ -113,7 +120,7 @@ def _live(args: argparse.Namespace) -> int:
 
     # of `run`, whose arguments these are
     given = argparse.Namespace(
-        **vars(args), scene=args.shown, fps=FPS, error=None, do=None, quiet=True, json=False
+        **vars(args), scene=args.shown, fps=FPS, error=None, quiet=True, json=False
     )
     given.seconds = None
     plan = _plan(given)

@@ -73,6 +73,17 @@ def test_finds_the_feet(name: str) -> None:
     )
 
 
+def test_a_ring_that_lies_has_no_feet() -> None:
+    """It touches the floor at single nodes of a circle, which low skin joins."""
+    ring = BODIES["torus"]()
+    ring.vertices = np.array(ring.vertices)[:, [0, 2, 1]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        regions = made_from_surface(ring, name="ring", tets=800).regions
+    assert [name for name in regions if name.startswith("foot_")] == []
+    assert all(len(regions[f"base_patch_{k}"]) for k in range(4))
+
+
 def test_limbs_of_a_mirrored_body_mirror_each_other() -> None:
     limbs = [limb for limb in made("quadruped").limbs if limb.axis[-1, 2] < 0.2]
     assert len(limbs) == 4

@@ -24,6 +24,10 @@ HEAD = 0.9
 MOST_FEET = 8
 """Feet that are told apart; a body on more pieces stands on its base as a whole."""
 
+JOINED = 0.1
+"""Height, over the body's, up to which skin joins pieces of a base to one foot: a ring that lies
+touches the floor at a circle of single nodes."""
+
 LEAST_TIPS = 3
 """Limbs that lie on the floor of a body that is said to have feet."""
 
@@ -71,9 +75,10 @@ def _feet(mesh: TetMesh, base: BoolArray, limbs: Sequence[Limb]) -> dict[str, Bo
 
 
 def _pieces(mesh: TetMesh, base: BoolArray) -> list[BoolArray]:
-    """Pieces of the base that hang together along edges of the skin; none of a single one."""
+    """Pieces of the base that hang together by low skin; none of a single one."""
     edges = mesh.surface[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    edges = edges[base[edges].all(axis=1)]
+    low = mesh.points[:, 2] < JOINED * float(mesh.points[:, 2].max())
+    edges = edges[low[edges].all(axis=1)]
     count = len(mesh.points)
     graph = coo_array((np.ones(len(edges)), edges.T), shape=(count, count))
     piece = connected_components(graph, directed=False)[1]
