@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, UsdPhysics, UsdShade
+from pxr import Gf, Sdf, Tf, UsdGeom, UsdPhysics, UsdShade
 
+from warp_softbody.body.material import Material
+from warp_softbody.body.region_materials import tet_owners
 from warp_softbody.stage_exports import conventions
 from warp_softbody.stage_exports.bodies import StagedBody
 from warp_softbody.stage_exports.usd import usd_arrays as values
@@ -68,16 +70,36 @@ def _define_body(stage: Any, body: StagedBody, names: PhysicsNames) -> None:
     _set(tets, names.attribute("restShapePoints"), _TYPES.Point3fArray, values.vectors(mesh.points))
     rest = values.quadruples(mesh.tets)
     _set(tets, names.attribute("restTetVtxIndices"), _TYPES.Int4Array, rest)
-    material = _define_material(stage, body, names)
+    path = f"{conventions.MATERIALS}/{body.character.name}"
+    # its skin has it already
+    material = UsdShade.Material(stage.GetPrimAtPath(path))
+    _describe(material, body.character.material, names)
     binding = UsdShade.MaterialBindingAPI.Apply(tets)
     binding.Bind(material, UsdShade.Tokens.weakerThanDescendants, PHYSICS)
+    _define_regions(stage, body, binding, names)
 
 
-def _define_material(stage: Any, body: StagedBody, names: PhysicsNames) -> Any:
-    """The body's material, which its skin has already, with what it is made of."""
-    given = body.character.material
-    path = f"{conventions.MATERIALS}/{body.character.name}"
-    material = UsdShade.Material(stage.GetPrimAtPath(path))
+def _define_regions(stage: Any, body: StagedBody, binding: Any, names: PhysicsNames) -> None:
+    """A subset of the tets, with a material of its own, for each region that has one."""
+    own = body.character
+    if not own.materials:
+        return
+    mesh = own.mesh
+    owners = tet_owners(mesh.tets, len(mesh.points), own.materials, own.regions)
+    for number, (region, given) in enumerate(own.materials.items()):
+        tets = values.integers(np.flatnonzero(owners == number))
+        name = f"{Tf.MakeValidIdentifier(region)}_{number}"
+        material = UsdShade.Material.Define(stage, f"{conventions.MATERIALS}/{own.name}_{name}")
+        _describe(material, given, names)
+        subset = binding.CreateMaterialBindSubset(name, tets, UsdGeom.Tokens.tetrahedron)
+        UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(
+            material, UsdShade.Tokens.weakerThanDescendants, PHYSICS
+        )
+    binding.SetMaterialBindSubsetsFamilyType(UsdGeom.Tokens.nonOverlapping)
+
+
+def _describe(material: Any, given: Material, names: PhysicsNames) -> None:
+    """Tell of a material what something is made of."""
     prim = material.GetPrim()
     prim.AddAppliedSchema(names.material)
     for name, value in (
@@ -86,7 +108,6 @@ def _define_material(stage: Any, body: StagedBody, names: PhysicsNames) -> Any:
         ("density", given.density),
     ):
         _set(prim, names.attribute(name), _TYPES.Float, value)
-    return material
 
 
 def _set(prim: Any, name: str, kind: Any, value: Any) -> None:

@@ -102,8 +102,16 @@ def test_a_fall_costs_more_than_standing_still() -> None:
     letter = characters.letter_i(coarse=1)
     narrow = replace(letter, material=replace(letter.material, young_modulus=2e4))
     (tried,) = make_tries(Task(character=narrow, do="walk", seconds=1.0), [{}])
-    assert tried.lasted < 1.0
+    assert tried.fell
     assert tried.cost > 1.0
+
+
+def test_costs() -> None:
+    still, late, soon = Try(0.0, 0.0, 1.0), Try(2.5, 0.0, 0.6), Try(0.5, 0.0, 0.2)
+    assert still.cost == 0.0
+    assert Try(1.0, 0.5, 1.0).cost == -0.75
+    assert late.cost == pytest.approx(0.25 + 0.8 - 2.5)
+    assert late.cost < still.cost < soon.cost
 
 
 def test_a_search_goes_on_where_it_was(
@@ -115,7 +123,7 @@ def test_a_search_goes_on_where_it_was(
     def tries(task: Task, lessons: list[dict[str, float]]) -> list[Try]:
         made.append(len(lessons))
         ways = [1.0 - abs(own.get("stride", 0.16) - 0.3) for own in lessons]
-        return [Try(way, 1.0, -way) for way in ways]
+        return [Try(way, 0.0, 1.0) for way in ways]
 
     monkeypatch.setattr(searching, "make_tries", tries)
     journal = tmp_path / "worm.jsonl"

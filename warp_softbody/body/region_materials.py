@@ -51,6 +51,25 @@ def checked_materials(name: str, material: Material, given: object) -> dict[str,
     return found
 
 
+def tet_owners(
+    tets: npt.NDArray[np.integer],
+    count: int,
+    materials: Mapping[str, Material],
+    regions: Mapping[str, npt.NDArray[np.int32]],
+) -> npt.NDArray[np.intp]:
+    """Which material tets (m, 4) of ``count`` nodes have: its number in the mapping, or -1.
+
+    A region's are those with all four nodes in it; where regions overlap, the one that is named
+    last counts.
+    """
+    owners = np.full(len(tets), -1)
+    for number, name in enumerate(materials):
+        inside = np.zeros(count, dtype=bool)
+        inside[regions[name]] = True
+        owners[inside[tets].all(axis=1)] = number
+    return owners
+
+
 def tet_materials(
     tets: npt.NDArray[np.integer],
     count: int,
@@ -58,16 +77,12 @@ def tet_materials(
     materials: Mapping[str, Material],
     regions: Mapping[str, npt.NDArray[np.int32]],
 ) -> TetMaterials:
-    """The materials of tets (m, 4) of ``count`` nodes; a region's are those with all four in it.
-
-    Where regions overlap, the one that is named last counts.
-    """
+    """The materials of tets (m, 4) of ``count`` nodes, by `tet_owners`."""
     stiffness = np.ones(len(tets))
     densities = np.full(len(tets), material.density)
-    for name, own in materials.items():
-        inside = np.zeros(count, dtype=bool)
-        inside[regions[name]] = True
-        chosen = inside[tets].all(axis=1)
+    owners = tet_owners(tets, count, materials, regions)
+    for number, own in enumerate(materials.values()):
+        chosen = owners == number
         stiffness[chosen] = own.young_modulus / material.young_modulus
         densities[chosen] = own.density
     return TetMaterials(stiffness, densities)

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from warp_softbody.teaching.search import Candidate
     from warp_softbody.teaching.task import Task
 
-BETTER = 0.02
-"""Body lengths by which a try has to cost less than that of the usual gains to be kept."""
+BETTER, TRAVELS = 0.02, 0.1
+"""Body lengths by which a try has to cost less than that of the usual gains, and has to come, to be
+kept: a body that learns to stand has not learnt to walk."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -78,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         interrupted.left = f"; what was tried is in {journal}, and the same command goes on there"
         raise
     usual, found = candidates[0], min(candidates, key=lambda one: (one.tried.cost, one.number))
-    kept = found.tried.cost < usual.tried.cost - BETTER
+    kept = found.tried.cost < usual.tried.cost - BETTER and found.tried.way >= TRAVELS
     if kept:
         write_lesson(args.character, args.do, found.lesson)
     facts = _facts(args, usual, found, len(candidates), kept=kept)

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.lessons import Lesson
 from warp_softbody.run.batch import Batch
@@ -24,8 +22,8 @@ FPS = 10.0
 SUNK = 0.72
 """Of the first height of the centre of mass: a body that is lower has fallen."""
 
-FALLING = 2.0
-"""What it costs to fall at once, in body lengths; later it costs less."""
+FALLING, FELL = 2.0, 0.25
+"""What it costs to fall at once, over what it costs to fall at the very end, in body lengths."""
 
 ASIDE = 0.5
 """Of the way that a body goes to the side, by how much it counts against the one ahead."""
@@ -36,13 +34,24 @@ class Try(NamedTuple):
 
     Attributes:
         way: along x, over the body's length, as long as it did not fall.
+        aside: to the side of it, likewise, without its sign.
         lasted: share of the time until it fell; 1 where it did not.
-        cost: less is better.
     """
 
     way: float
+    aside: float
     lasted: float
-    cost: float
+
+    @property
+    def fell(self) -> bool:
+        """Whether it fell."""
+        return self.lasted < 1.0
+
+    @property
+    def cost(self) -> float:
+        """Less is better; standing still costs nothing."""
+        fall = FELL + FALLING * (1.0 - self.lasted) if self.fell else 0.0
+        return fall + ASIDE * self.aside - self.way
 
 
 @dataclass
@@ -73,8 +82,8 @@ def make_tries(task: Task, lessons: Sequence[Lesson]) -> list[Try]:
     for frames in batch.run(task.seconds):
         for index, frame in enumerate(frames):
             if frame is not None:
-                watches[index] = _seen(task, watches[index], frame)
-                if watches[index].fell is not None:  # type: ignore[union-attr]
+                now = watches[index] = _seen(task, watches[index], frame)
+                if now.fell is not None:
                     batch.leave(index)
     for index in batch.failures:
         watch = watches[index]
@@ -102,11 +111,8 @@ def _seen(task: Task, watch: _Watch | None, frame: Frame) -> _Watch:
 
 def _judged(task: Task, watch: _Watch | None) -> Try:
     if watch is None:
-        return Try(0.0, 0.0, FALLING)
+        return Try(0.0, 0.0, 0.0)
     ahead, aside, _ = (watch.last - watch.start) / task.length
-    lasted = 1.0 if watch.fell is None else min(1.0, watch.fell / task.seconds)
-    cost = ASIDE * abs(float(aside)) - float(ahead)
-    if watch.fell is not None:
-        # a way that ends in a fall is worth half of one that does not
-        cost = ASIDE * abs(float(aside)) - 0.5 * float(ahead) + FALLING * (1.5 - lasted)
-    return Try(float(ahead), lasted, float(np.round(cost, 12)))
+    # the last look at a fall is within the time
+    lasted = 1.0 if watch.fell is None else min(0.999, watch.fell / task.seconds)
+    return Try(float(ahead), abs(float(aside)), lasted)

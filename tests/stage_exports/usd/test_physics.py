@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,43 @@ def test_a_body_says_what_it_is_made_of(
     np.testing.assert_allclose(rest, mesh.points, atol=1e-6)
     indices = np.array(tets.GetAttribute(f"{space}:restTetVtxIndices").Get())
     np.testing.assert_array_equal(indices, mesh.tets)
+
+
+def test_regions_have_their_own_materials(scene: Scene, make_frames: Any, tmp_path: Path) -> None:
+    """As subsets of the tets that do not overlap; where regions do, the one named last counts."""
+    body = scene.character
+    z = body.mesh.points[:, 2]
+    middle = 0.5 * (z.min() + z.max())
+    own = replace(
+        body,
+        regions={
+            "all-of-it": np.arange(len(z), dtype=np.int32),
+            "upper half": np.flatnonzero(z >= middle - 1e-9).astype(np.int32),
+        },
+        materials={
+            "all-of-it": replace(body.material, density=700.0),
+            "upper half": replace(body.material, young_modulus=3e6),
+        },
+    )
+    scene, path = replace(scene, character=own), tmp_path / "take.usda"
+    with StageWriter(path, scene) as writer:
+        for frame in make_frames(scene, 3):
+            writer.write(frame)
+    assert validate(path) == []
+    stage = Usd.Stage.Open(str(path))
+    binding = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(f"/World/{own.name}/Tets"))
+    volumes, densities = own.mesh.volumes, np.zeros(len(own.mesh.tets))
+    stiffness = np.zeros(len(own.mesh.tets))
+    for subset in binding.GetMaterialBindSubsets():
+        assert subset.GetElementTypeAttr().Get() == "tetrahedron"
+        material, _ = UsdShade.MaterialBindingAPI(subset).ComputeBoundMaterial("physics")
+        chosen = np.array(subset.GetIndicesAttr().Get())
+        densities[chosen] += material.GetPrim().GetAttribute("physics:density").Get()
+        stiffness[chosen] += material.GetPrim().GetAttribute("physics:youngsModulus").Get()
+    np.testing.assert_allclose(densities @ volumes, own.node_masses.sum(), rtol=1e-6)
+    factors = own.tet_materials.stiffness * own.material.young_modulus
+    np.testing.assert_allclose(stiffness, factors, rtol=1e-6)
+    assert len(np.unique(factors)) == 2
 
 
 def test_gravity_and_ground_are_in_usd_s_own_schemas(write: Any, scene: Scene) -> None:
