@@ -16,7 +16,11 @@ from warp_softbody.controllers.controller import Controller, Goals, seen
 from warp_softbody.controllers.motions.combined import told
 from warp_softbody.controllers.motions.composition import faded
 from warp_softbody.controllers.motions.motion_span import MotionSpan
-from warp_softbody.controllers.motions.standing_view import from_its_start, standing_view
+from warp_softbody.controllers.motions.standing_view import (
+    Workroom,
+    from_its_start,
+    standing_view,
+)
 from warp_softbody.controllers.motions.trajectories import smooth_step
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks, input_kinds
@@ -95,7 +99,7 @@ class _Running(NamedTuple):
     controller: Any
     begun: float
     start: FloatArray
-    workroom: dict[Any, Any]
+    workroom: Workroom
 
     def view(self, view: BodyView) -> BodyView:
         return from_its_start(view, self.begun, self.workroom)
@@ -227,7 +231,7 @@ class Sequence:
         self._over, self._before = None, self._now
         motion = self._motions[self._number % len(self._motions)]
         controller = copy.deepcopy(motion.controller) if self._copied else motion.controller
-        self._now = _Running(motion, controller, view.time, view.center_of_mass.copy(), {})
+        self._now = _Running(motion, controller, view.time, view.center_of_mass.copy(), Workroom())
         if self._number > 0:
             own = self._now.view(view)
             told(controller, own, standing_view(own))

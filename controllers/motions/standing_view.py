@@ -10,7 +10,15 @@ from warp_softbody.inputs.records import unchecked_copy
 from warp_softbody.world.view import BodyView
 
 
-def from_its_start(view: BodyView, begun: float, workroom: dict[Any, Any] | None) -> BodyView:
+class Workroom(dict[Any, Any]):
+    """What native code keeps for the views of one motion; a copy of the motion begins without."""
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Workroom:
+        """One that is empty: what is kept is made again, and is the same."""
+        return Workroom()
+
+
+def from_its_start(view: BodyView, begun: float, workroom: Workroom) -> BodyView:
     """A view whose time is that since a motion began, at ``begun`` s.
 
     Motions keep what they make of the shape in a workroom of their own, so that none finds

@@ -13,7 +13,18 @@ from tests.support.surfaces import BODIES
 from warp_softbody import Character, Plane, Scene, Simulation, scene_files, scenes
 from warp_softbody.arrays import FloatArray
 from warp_softbody.cli import main
-from warp_softbody.controllers import Balance, BalanceGains, Jump, Leg, Motion, Roll, Sequence, Walk
+from warp_softbody.controllers import (
+    Balance,
+    BalanceGains,
+    Combined,
+    Gesture,
+    Jump,
+    Leg,
+    Motion,
+    Roll,
+    Sequence,
+    Walk,
+)
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.errors import MeshWarning
 from warp_softbody.run.falls import tilt
@@ -97,6 +108,36 @@ def test_letter_o_rolls_balances_and_rolls_back(tmp_path: Path) -> None:
     # half its height times the turn, but for what its rim is pressed flat
     assert furthest == pytest.approx(0.5 * turn, rel=0.15)
     assert path[-1, 0] - path[0, 0] == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_sequence_that_was_saved_goes_on_to_the_last_bit() -> None:
+    """Saved within a motion, and restored in another simulation across two switches."""
+
+    def made() -> Simulation:
+        waving = Combined([Balance.for_(LETTER_H), Gesture(region="head_left")])
+        motions: list[Motion | Controller] = [
+            Motion(controller=Walk.for_(LETTER_H), seconds=0.3),
+            Motion(controller=waving, seconds=0.2),
+            Balance.for_(LETTER_H),
+        ]
+        scene = Scene(character=LETTER_H, ground=Plane())
+        return Simulation(scene, Sequence(motions), time_step=1 / 60)
+
+    first, second = made(), made()
+    for _ in range(20):
+        first.step()
+    saved = first.save()
+    second.restore(saved)
+    for simulation in (first, second):
+        for _ in range(25):
+            simulation.step()
+    one, other = (own.state.positions.numpy() for own in (first, second))
+    np.testing.assert_array_equal(one, other)
+    assert first.summary().motions == second.summary().motions
+    assert [span.name for span in first.summary().motions] == ["walk", "combined", "balance"]
+    assert first.goal_report().motion == "balance"
+    assert "in the motion 'balance'" in str(first.goal_report())
+    assert "walk from 0 s to 0.3 s, combined from 0.3 s" in str(first.summary())
 
 
 @pytest.mark.long
