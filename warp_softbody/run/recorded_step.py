@@ -87,7 +87,10 @@ def _objectives(decision: Decision | None, frame: Frame) -> Numbers:
         number = f" {counted[goal.name]}" if counted[goal.name] > 1 else ""
         miss = goal.rows @ velocities - goal.target
         left[f"objective/{goal.name}{number}"] = np.asarray(goal.weight @ miss**2)
-    return {**left, **_activation_cost(decision.goals, decision, frame.activations)}
+    spent = _activation_cost(decision.goals, decision, frame.activations)
+    reached = sum(float(value) for name, value in left.items() if name != "objective/planned")
+    reached += sum(float(value) for value in spent.values())
+    return {**left, **spent, "objective/reached": np.float64(reached)}
 
 
 def _activation_cost(goals: Goals, decision: Decision, chosen: FloatArray) -> Numbers:

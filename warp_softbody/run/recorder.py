@@ -42,8 +42,9 @@ class Recorder:
     - ``activations`` (k, s), l_d / l_0.
     - ``energy/kinetic``, ``energy/potential`` of weight, ``energy/elastic``, and
       ``energy/muscles`` of implicit muscles, (k, b) J.
-    - ``objective/planned`` (k,), what a plan expected to be left of its goals; ``objective/NAME``,
-      what the step has left of each; NaN in steps without them.
+    - ``objective/planned`` (k,), what a plan expected to be left of its goals and to spend on
+      activations; ``objective/reached``, what the step came to; ``objective/NAME``, its parts;
+      NaN in steps without them.
     - ``qps``, ``cg_iterations``, ``contact_passes`` (k,).
     - ``milliseconds/PART`` (k,) for each part of a step, measured by the clock.
     - ``contacts/step`` (c,), the number of the step here, ``contacts/node``, ``body``, ``partner``
