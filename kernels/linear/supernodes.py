@@ -5,11 +5,14 @@ solve walks the runs, first to last and back, in one logical thread and in nativ
 processors. Both ways read the same panels, so that the way back finds small factors in the cache.
 ``warped_ldlt`` has the plain form, which runs on every other device and is the tests' reference.
 
-Vectors have four numbers a node here, the last of them zero.
+Vectors have four numbers a node here, the last of them zero. Panels may be in half precision: of a
+factor that no cache holds, a solve waits for them. L is the same both ways, so that L D L^T stays
+symmetric and positive definite when it is rounded.
 """
 
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
@@ -17,20 +20,27 @@ from warp_softbody.kernels.precision import BLOCK, real
 
 SUBJECT = "supernodes"
 
+MOST_OF_HALF = 65504.0
+"""Largest number of half precision; more would be infinite."""
+
 PACK = """
     const int s = owner.data[k], nodes = first.data[s + 1] - first.data[s];
     const int row = 3 * (k - below_start.data[s]);
     for (int a = 0; a < 3; ++a) {
         const int group = panel_start.data[s] + (row + a) / LANES * 3 * nodes;
-        SCALAR* columns = (SCALAR*)panels.data + LANES * group + (row + a) % LANES;
+        STORED* columns = (STORED*)panels.data + LANES * (size_t)group + (row + a) % LANES;
         for (int j = 0; j < nodes; ++j) {
             const int slot = below_slot.data[WIDEST * k + j];
             if (slot < 0) continue;
-            const SCALAR* entry = (const SCALAR*)lower.data + 9 * slot + 3 * a;
-            for (int b = 0; b < 3; ++b) columns[LANES * (3 * j + b)] = entry[b];
+            const SCALAR* entry = (const SCALAR*)lower.data + 9 * (size_t)slot + 3 * a;
+            for (int b = 0; b < 3; ++b) {
+                SCALAR x = entry[b];
+                if (sizeof(STORED) < sizeof(float)) x = x < -MOST ? -MOST : x > MOST ? MOST : x;
+                columns[LANES * (3 * j + b)] = (STORED)x;
+            }
         }
     }
-""".replace("WIDEST", str(BLOCK // 3))
+""".replace("WIDEST", str(BLOCK // 3)).replace("MOST", f"(SCALAR){MOST_OF_HALF}")
 
 # ``by_width`` calls work with the number of a run's columns, known when it is compiled; ``rows_of``
 # has the rows of a 3 x 3 matrix with something behind them, ``times`` its product with a vector.
@@ -39,6 +49,9 @@ COMMON = """
     typedef SCALAR lanes __attribute__((vector_size(LANES * sizeof(SCALAR)),
                                         aligned(sizeof(SCALAR))));
     typedef SCALAR quad __attribute__((vector_size(4 * sizeof(SCALAR)), aligned(sizeof(SCALAR))));
+    typedef STORED stored __attribute__((vector_size(LANES * sizeof(STORED)),
+                                         aligned(sizeof(STORED))));
+    const auto wide = [](stored p) { return __builtin_convertvector(p, lanes); };
     struct Columns3 { enum { count = 3 }; };
     struct Columns6 { enum { count = 6 }; };
     struct Columns9 { enum { count = 9 }; };
@@ -69,7 +82,7 @@ COMMON = """
     };
     quad* y = (quad*)work.data;
     SCALAR* beside = work.data + 4 * count;
-    const SCALAR* panel = (const SCALAR*)panels.data;
+    const stored* panel = (const stored*)panels.data;
     const SCALAR* L = (const SCALAR*)inner.data;
 """
 
@@ -103,10 +116,10 @@ FORWARD = (
             enum { width = decltype(columns)::count };
             lanes z[width];
             for (int c = 0; c < width; ++c) z[c] = lanes{} + y[start + c / 3][c % 3];
-            const lanes* p = (const lanes*)panel + panel_start.data[s];
+            const stored* p = panel + panel_start.data[s];
             for (int row = 0; row < 3 * rows; row += LANES, p += width) {
                 lanes known = {};
-                for (int c = 0; c < width; ++c) known += z[c] * p[c];
+                for (int c = 0; c < width; ++c) known += z[c] * wide(p[c]);
                 *(lanes*)(beside + row) = known;
             }
         });
@@ -146,10 +159,10 @@ BACKWARD = (
             enum { at_once = width < AT_ONCE ? width : AT_ONCE };
             for (int from = 0; from < width; from += at_once) {
                 lanes known[at_once] = {};
-                const lanes* p = (const lanes*)panel + panel_start.data[s] + from;
+                const stored* p = panel + panel_start.data[s] + from;
                 for (int row = 0; row < 3 * rows; row += LANES, p += width)
                     for (int c = 0; c < at_once; ++c)
-                        known[c] += *(const lanes*)(beside + row) * p[c];
+                        known[c] += *(const lanes*)(beside + row) * wide(p[c]);
                 for (int c = 0; c < at_once; c += 3) {
                     quad part[3];
                     for (int a = 0; a < 3; ++a) {
@@ -210,12 +223,20 @@ class PanelStructure:
 
 
 @cache
-def make_supernodes(precision: str) -> SimpleNamespace:
-    """Kernels ``pack``, ``pack_inner`` and ``precondition``."""
+def make_supernodes(precision: str, *, half: bool = False) -> SimpleNamespace:
+    """Kernels ``pack``, ``pack_inner`` and ``precondition``, of panels in half precision or not.
+
+    ``block`` is the type of a panel's register.
+    """
     types = real(precision)
     scalar, vec3, mat33, block = types.scalar, types.vec3, types.mat33, types.block
-    kernel = types.kernel(SUBJECT)
-    native = types.native
+    if half:
+        block = wp.types.vector(length=BLOCK, dtype=wp.float16)
+    kernel = types.kernel(SUBJECT, "half" if half else "")
+    stored = "_Float16" if half else "SCALAR"
+
+    def native(snippet: str) -> Any:
+        return types.native(snippet.replace("STORED", stored))
 
     @native(PACK)
     def pack_row(
@@ -317,4 +338,4 @@ def make_supernodes(precision: str) -> SimpleNamespace:
         )
         # fmt: on
 
-    return SimpleNamespace(pack=pack, pack_inner=pack_inner, precondition=precondition)
+    return SimpleNamespace(pack=pack, pack_inner=pack_inner, precondition=precondition, block=block)

@@ -12,7 +12,7 @@ from tests.support.bodies import box, crumpled, numbers, rig
 from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.options import Precision
 from warp_softbody.kernels.precision import BLOCK
-from warp_softbody.linear.block_ldlt import Freedom
+from warp_softbody.linear.block_ldlt import BlockFactor, Freedom
 from warp_softbody.linear.block_sparsity import build_topology
 from warp_softbody.linear.preconditioner import WarpedFactor
 from warp_softbody.linear.supernodes import WIDEST, build_supernodes
@@ -100,3 +100,35 @@ def test_panels_solve_as_the_blocks_do(precision: Precision, native_code: bool) 
     # both end in rounding of sums of up to 3 n products, in another order
     bound = 3 * n * np.finfo(precision).eps * np.abs(expected).max()
     np.testing.assert_allclose(np.stack(columns, axis=1), expected, atol=bound)
+
+
+def test_panels_in_half_precision_are_a_factor_close_by() -> None:
+    """Of a matrix that is symmetric, positive definite and off by roundings of half precision."""
+    mesh = box((3, 4, 5), jitter=0.2)
+    body = rig(mesh, time_step=0.01, precision="float32")
+    body.place(crumpled(mesh))
+    body.stepper.assemble(body.state)
+    model, n = body.model, len(mesh.points)
+    types, system = model.types, model.system
+    unturned = model.array(np.tile(np.eye(3), (n, 1, 1)), types.mat33)
+    freedom = Freedom(
+        model.zeros(n, wp.int32), model.zeros(n, types.vec3), model.zeros(n, types.mat33)
+    )
+    inverses = []
+    for half in (False, True):
+        factor = BlockFactor(system.elimination, types, system.device, half=half)
+        factor.factorise(body.stepper.assembly.values, freedom)
+        one, columns = model.zeros(n, types.vec3), []
+        for column in np.eye(3 * n):
+            factor.solve(unturned, model.array(column.reshape(n, 3), types.vec3), one)
+            columns.append(numbers(one).ravel())
+        inverses.append(np.stack(columns, axis=1))
+    exact, near = inverses
+    np.testing.assert_allclose(near, near.T, atol=1e-5 * np.abs(near).max())
+    # eigenvalues of the one in the metric of the other are 1 where they are the same
+    scaled = np.linalg.solve(np.linalg.cholesky(exact), near)
+    scaled = np.linalg.solve(np.linalg.cholesky(exact), scaled.T)
+    found = np.linalg.eigvalsh(0.5 * (scaled + scaled.T))
+    rounding = np.finfo(np.float16).eps
+    assert np.abs(found - 1.0).max() < 20.0 * rounding
+    assert np.abs(found - 1.0).max() > 0.1 * rounding

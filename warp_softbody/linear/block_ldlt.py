@@ -102,6 +102,7 @@ class BlockFactor:
         native_code: bool = True,
         workspace: Workspace | None = None,
         serves: Served = "both",
+        half: bool = False,
     ) -> None:
         """Arrays for the factor, not yet computed.
 
@@ -113,6 +114,7 @@ class BlockFactor:
             native_code: whether to use native code for processors where there is some.
             workspace: of the arrays of a factorisation on its way.
             serves: what it is to solve for; what others would need is not kept.
+            half: whether `solve` rounds L to half precision, where it is native code.
         """
         work = (workspace or Workspace()).part("factorisation", Allocator(types, device))
         self._margin = margin
@@ -123,7 +125,7 @@ class BlockFactor:
         self._factorisation = make_factorisation(types.name)
         self._panels: PanelSolver | None = None
         if lanes is not None and serves != "blocks":
-            self._panels = PanelSolver(at.panels, types, device, work)
+            self._panels = PanelSolver(at.panels, types, device, work, half=half)
         only_packed = self._panels is not None and serves == "vectors"
         keep = work.zeros if only_packed else Allocator(types, device).zeros
         self.lower = keep(at.entries, types.mat33)

@@ -66,11 +66,14 @@ class PanelSolver:
         kept: device arrays of the factor: panels and the blocks within runs.
     """
 
-    def __init__(self, layout: PanelLayout, types: Real, device: str, work: WorkPart) -> None:
-        """Panels of zeros; ``work`` has what a solve works in."""
+    def __init__(
+        self, layout: PanelLayout, types: Real, device: str, work: WorkPart, *, half: bool = False
+    ) -> None:
+        """Panels of zeros, in half precision if wanted; ``work`` has what a solve works in."""
         self._at, self._device = layout, device
-        self._kernels = make_supernodes(types.name)
-        self._panels = wp.zeros(max(1, layout.registers), dtype=types.block, device=device)
+        self._kernels = make_supernodes(types.name, half=half)
+        count = max(1, layout.registers)
+        self._panels = wp.zeros(count, dtype=self._kernels.block, device=device)
         inner = max(1, len(layout.inner_slot))
         self._inner = wp.zeros(inner, dtype=types.mat33, device=device)
         self.kept = (self._panels, self._inner)

@@ -17,6 +17,10 @@ from warp_softbody.linear.block_ldlt import BlockFactor, Freedom, Served
 from warp_softbody.linear.held_motions import HeldMotions
 from warp_softbody.linear.system import CoarseLevel, LinearSystem
 
+MOST_OF_SINGLE = 20_000
+"""Blocks of a coarse factor beyond which its panels, 36 bytes a block, would fill most of a
+processor's second-level cache, and are kept in half precision."""
+
 
 class Preconditioner(Protocol):
     """Symmetric and positive definite on the velocities that contact leaves free."""
@@ -190,12 +194,14 @@ class TwoLevel:
         self._unturned = system.array(np.tile(np.eye(3), (size, 1, 1)), types.mat33)
         self._freedom: Freedom | None = None
         self._block_arrays: dict[int, tuple[Any, Any, Any]] = {}
+        many = len(system.elimination.column) > MOST_OF_SINGLE
         self._factor = BlockFactor(
             system.elimination,
             types,
             system.device,
             margin=system.pivot_margin,
             native_code=system.native_code,
+            half=many and types.name == "float32",
         )
         free = Freedom(
             system.zeros(size, wp.int32),
