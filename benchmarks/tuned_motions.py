@@ -4,10 +4,10 @@
     python -m benchmarks.tuned_motions walk-x --variations "turned world"
     python -m benchmarks.tuned_motions --journal out/tuned.jsonl --write docs/frontier.md
 
-Settings were tuned on a short run of the scene as it ships. Here the whole scene is run with them,
-on other floors, of softer and firmer bodies and in a turned world, and as it ships beside it. They
-hold where the motion meets all its criteria and its own number is as far from that of what ships as
-the bound allows.
+Settings were tuned on a run of the scene as it ships, and on other floors. Here the whole scene is
+run with them, on those floors, with softer and firmer bodies and in a turned world, and as it ships
+beside it. They hold where the motion meets all its criteria and its own number is as far from that
+of what ships as the bound allows.
 """
 
 from __future__ import annotations
@@ -78,13 +78,14 @@ def with_settings(variation: Variation, tuned: Tuned) -> Variation:
 def apart(tuned: VariationOutcome, shipped: VariationOutcome) -> float:
     """How far a motion's own number is from the shipped one's.
 
-    As a share of that; of the bound where a number is to be small, as an error is.
+    As a share of that. Of a number that is to be small, as an error is, how much more there is of
+    it, as a share of its bound: settings that err less than what ships may be the tuned ones.
     """
     own = CRITERIA[tuned.scene][0]
     if not (tuned.values and shipped.values):
         return float("inf")
-    scale = abs(shipped.values[own.name]) if own.at_least else own.bound
-    return abs(tuned.values[own.name] - shipped.values[own.name]) / scale
+    more = tuned.values[own.name] - shipped.values[own.name]
+    return abs(more / shipped.values[own.name]) if own.at_least else max(0.0, more) / own.bound
 
 
 def cells(found: Mapping[str, Tuned], variations: Sequence[str]) -> list[Cell]:

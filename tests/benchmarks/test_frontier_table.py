@@ -8,12 +8,22 @@ from typing import Any
 
 import pytest
 
-from benchmarks.charts.command import BEGIN, END, controlled, knobs, main, passive, stored, tuned
+from benchmarks.charts.command import (
+    BEGIN,
+    END,
+    close,
+    controlled,
+    knobs,
+    main,
+    passive,
+    stored,
+    tuned,
+)
 from warp_softbody.accuracy.analysis.store import SHIPPED, load
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "frontier.md"
-NAMES = ("passive", "controlled", "knobs", "stored")
+NAMES = ("passive", "controlled", "knobs", "close", "stored")
 
 
 def point(differs: str, cost: float, error: str, **more: str) -> dict[str, str]:
@@ -82,6 +92,20 @@ def test_single_knobs_are_told_apart(charts: Path) -> None:
     assert head == "| scene | as shipped | Newton 2 | QPs 1 | dt 1/30 s | smoothed |"
     assert row == "| `slide-f` | 2.8 | fails | 90 | 5 | refused |"
     assert middle.endswith("median | 1.00 |  | 1.25 | 0.50 |  |")
+
+
+def test_the_cheapest_sound_point_within_five_percent(charts: Path) -> None:
+    (row,) = close(stored(charts)).splitlines()[2:]
+    assert row == "| `slide-f` | 2.8 % | dt 1/30 s: 5 % | 2.5, 5 | 2.0 |"
+    shaky = [point("default", 400.0, "0.028", reversals="0.05", volume="0.02")]
+    shaky.append(point("dt 1/30 s", 200.0, "0.05", reversals="0.12", volume="0.02"))
+    shaky.append(point("float64", 300.0, "0.01", reversals="0.02", volume="0.02"))
+    shaky[2]["precision"] = "float64"
+    shaky[0]["precision"] = shaky[1]["precision"] = "float32"
+    write(charts, "slide-f", shaky)
+    assert "| default: 2.8 % | 2.5, 2.5 | 1.0 |" in close(stored(charts))
+    write(charts, "slide-f", [point("default", 400.0, "0.08")])
+    assert "| 8 % | none |  |  |" in close(stored(charts))
 
 
 def test_stored_settings_are_all_told() -> None:

@@ -8,11 +8,13 @@ from pathlib import Path
 import pytest
 
 from benchmarks import tuned_motions
+from benchmarks.motions.criteria import CRITERIA
 from benchmarks.robustness.outcomes import VariationOutcome
 from benchmarks.tuned_costs import costs, line
 from benchmarks.tuned_motions import UNSEEN, apart, cells, markdown, stored, with_settings
 from warp_softbody.accuracy.analysis import store
 from warp_softbody.accuracy.analysis.tuning import Tuned
+from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
 from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.table import CASES
 from warp_softbody.accuracy.runs.job import Job
@@ -88,6 +90,35 @@ def test_costs_are_medians_of_runs_in_turn() -> None:
     assert [one.settings for one in asked[:2]] == [CASES["slide-f"].default, chosen.settings]
     assert {one.seconds for one in asked} == {2.5}
     assert line(chosen, 400.0, 150.0)[-2:] == ["2.5, 6.7", "2.7"]
+
+
+OWN = {
+    "exercise-h": "sway_error",
+    "balance-i": "last_tilt",
+    "jump-t": "turned_in_air",
+    "roll-o": "rolled",
+    "roll-o-return": "rolled_back",
+}
+"""The functional that is a scene's own number; of all others the way, or its jumps are counted."""
+
+
+@pytest.mark.parametrize("scene", CRITERIA)
+def test_tune_holds_the_own_number_of_a_scene_by_its_own_measure(scene: str) -> None:
+    """A share of itself, or of its bound where it is to be small: as `moved` of fidelity has it."""
+    own, name = CRITERIA[scene][0], OWN.get(scene, "gone")
+    if scene == "jump-i-in-place":
+        name = "take_off_speed"
+    assert name in CASES[scene].functionals
+    assert FUNCTIONALS[name].scale == (None if own.at_least else own.bound)
+
+
+def test_what_errs_less_than_what_ships_is_not_far() -> None:
+    shipped, better, worse = (
+        replace(outcome("", 0.0), scene="exercise-h", values={"error": error})
+        for error in (0.03, 0.01, 0.04)
+    )
+    assert apart(better, shipped) == 0.0
+    assert apart(worse, shipped) == pytest.approx(0.1)
 
 
 def test_what_is_far_or_fails_does_not_hold() -> None:

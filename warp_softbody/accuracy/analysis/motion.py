@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,6 +53,22 @@ def corrected(
             for name, value in motion.functionals.items()
         },
     )
+
+
+def responding(
+    motion: MeasuredMotion, there: MeasuredMotion, here: MeasuredMotion
+) -> MeasuredMotion:
+    """A motion as it would be elsewhere if it changed as another one does from here to there.
+
+    Numbers that are measured against themselves change by the same share, others by as much.
+    """
+    moved = corrected(motion, there, here)
+    shares = {
+        name: value * there.functionals[name] / here.functionals[name]
+        for name, value in motion.functionals.items()
+        if FUNCTIONALS[name].scale is None and here.functionals[name]
+    }
+    return replace(moved, functionals={**moved.functionals, **shares})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from warp_softbody.accuracy.analysis.design import reference_settings
@@ -42,6 +42,7 @@ class Reference:
         time_change: distance of B(2 s) to B(s).
         mixed_change: of the way from 2 c to c on F to the same on B; none of a controlled body.
         ruler: that all distances of the chart are measured with.
+        doubts: of each functional of a controlled body, its own two changes together.
     """
 
     finest: Settings
@@ -51,10 +52,17 @@ class Reference:
     time_change: float
     mixed_change: float
     ruler: Ruler
+    doubts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def uncertainty(self) -> float:
-        """The three changes together; errors below it cannot be told apart."""
+        """The three changes together; errors below it cannot be told apart.
+
+        Of a controlled body those of the functional that is known least. The changes that are told
+        may be of two functionals, neither of which is in doubt by both.
+        """
+        if self.doubts:
+            return max(self.doubts.values())
         return self.mesh_change + self.time_change + self.mixed_change
 
     def error(self, outcome: RunOutcome | None) -> float | None:
@@ -72,6 +80,7 @@ class Reference:
             "time_change": self.time_change,
             "mixed_change": self.mixed_change,
             "uncertainty": self.uncertainty,
+            "doubts": dict(self.doubts),
         }
 
 
@@ -96,14 +105,17 @@ def _reference_of(case: ChartCase, outcomes: Outcomes, ruler: Ruler) -> Referenc
     c, s = finest.time_step, beside.time_step
     fine, coarse = limit(finest, c), limit(beside, c)
     if case.controlled:
+        by_mesh = ruler.differences(coarse, fine)
+        by_time = ruler.differences(limit(beside, twice(s)), limit(beside, s))
         return Reference(
             finest=finest,
             beside=beside,
             motion=fine,
-            mesh_change=ruler.distance(coarse, fine),
-            time_change=ruler.distance(limit(beside, twice(s)), limit(beside, s)),
+            mesh_change=max(by_mesh.values()),
+            time_change=max(by_time.values()),
             mixed_change=0.0,
             ruler=ruler,
+            doubts={name: share + by_time[name] for name, share in by_mesh.items()},
         )
     return Reference(
         finest=finest,

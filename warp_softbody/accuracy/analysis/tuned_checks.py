@@ -80,6 +80,7 @@ FIELDS: Mapping[str, Check] = {
     "default_error": _POSITIVE,
     "left_out": _texts,
     "version": _text,
+    "elsewhere": _or_none(_POSITIVE),
 }
 
 
@@ -92,7 +93,7 @@ def checked(values: Any, place: str) -> Tuned:
     """
     if not isinstance(values, dict):
         raise InputError(f"{place} is no object")
-    _check(values, FIELDS, place)
+    _check({"elsewhere": None, **values}, FIELDS, place)
     unknown = sorted(set(values["settings"]) - set(KNOBS))
     if unknown:
         raise InputError(f"{place}: settings name the knob {unknown[0]!r}")

@@ -13,6 +13,7 @@ from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
     from warp_softbody.accuracy.analysis.chart import Chart, Point
+    from warp_softbody.accuracy.analysis.family import Family, Worst
     from warp_softbody.accuracy.cases.case import ChartCase
 
 MARGIN = 0.8
@@ -35,6 +36,7 @@ class Tuned:
         bound: relative error asked for.
         settings: the knobs.
         error: found, with `uncertainty` that of the reference.
+        elsewhere: largest error on the family of the scene; None where it has none.
         cost: ms of CPU time per simulated second, on the machine of the chart.
         default_cost, default_error: of what is shipped.
         left_out: sentences.
@@ -53,6 +55,7 @@ class Tuned:
     default_error: float
     left_out: tuple[str, ...]
     version: str
+    elsewhere: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
@@ -79,30 +82,26 @@ def margin(case: ChartCase) -> float:
     return 1.0 if case.controlled else MARGIN
 
 
-def choose(chart: Chart, bound: float) -> Tuned:
+def choose(chart: Chart, bound: float, family: Family | None = None) -> Tuned:
     """The cheapest point that holds ``bound`` with the margin, of those alike the plainest.
 
-    The reference's own runs are no settings to choose: nothing says what they err by.
+    It errs by no more than the bound on the whole ``family`` either, where the doubt of the
+    reference is not counted again. The reference's own runs are no settings to choose: nothing says
+    what they err by.
 
     Raises:
         InputError: none does; the sentence says what the chart can promise.
     """
-    scene, floor = chart.case.scene, chart.reference.uncertainty
+    floor, allowed = chart.reference.uncertainty, margin(chart.case)
     own = set(reference_family(chart.case))
     eligible = [point for point in chart.points if point.eligible and point.settings not in own]
-    allowed = margin(chart.case)
     holding = [point for point in eligible if _error(point) + floor <= allowed * bound]
     if not holding:
-        said = " with the margin" if allowed < 1.0 else ""
-        best = min((_error(point) for point in eligible), default=math.inf)
-        raise InputError(
-            f"no settings of {scene!r} hold {_percent(bound)}{said}: the best point is "
-            f"off by {_percent(best)}, and the reference is only known to {_percent(floor)}; the "
-            f"least bound that can be held is {_percent(_above((best + floor) / allowed))}"
-        )
-    chosen, default = _plainest(chart, holding), chart.default
+        raise InputError(_nothing_holds(chart, eligible, bound))
+    chosen, worst, passed = _choose(chart, holding, family, bound)
+    default = chart.default
     return Tuned(
-        scene=scene,
+        scene=chart.case.scene,
         given=chart.case.given,
         seconds=chart.case.seconds,
         bound=bound,
@@ -112,8 +111,45 @@ def choose(chart: Chart, bound: float) -> Tuned:
         cost=chosen.outcome.cost,
         default_cost=default.outcome.cost,
         default_error=_error(default),
-        left_out=tuple(_left_out(chart, chosen)),
+        left_out=tuple([*passed, *_left_out(chart, chosen)]),
         version=chart.version,
+        elsewhere=None if worst is None else worst.error,
+    )
+
+
+def _nothing_holds(chart: Chart, eligible: list[Point], bound: float) -> str:
+    """The sentence that says what a chart can promise instead."""
+    floor, allowed = chart.reference.uncertainty, margin(chart.case)
+    said = " with the margin" if allowed < 1.0 else ""
+    best = min((_error(point) for point in eligible), default=math.inf)
+    return (
+        f"no settings of {chart.case.scene!r} hold {_percent(bound)}{said}: the best point is "
+        f"off by {_percent(best)}, and the reference is only known to {_percent(floor)}; the "
+        f"least bound that can be held is {_percent(_above((best + floor) / allowed))}"
+    )
+
+
+def _choose(
+    chart: Chart, holding: list[Point], family: Family | None, bound: float
+) -> tuple[Point, Worst | None, list[str]]:
+    """The point, its largest error on the family, and sentences about cheaper ones that err there.
+
+    Raises:
+        InputError: every point errs by more somewhere.
+    """
+    left, passed, least = list(holding), list[str](), math.inf
+    while left:
+        chosen = _plainest(chart, left)
+        worst = None if family is None else family.worst(chosen)
+        if worst is None or worst.error <= bound:
+            return chosen, worst, passed
+        left.remove(chosen)
+        least = min(least, worst.error)
+        told = chosen.settings.differences(chart.case.default)
+        passed.append(f"{told}: an error of {100.0 * worst.error:.2g} % with {worst.where}")
+    raise InputError(
+        f"settings of {chart.case.scene!r} hold {_percent(bound)} as it ships but not elsewhere: "
+        f"{passed[-1]}; the least bound that can be held is {_percent(_above(least))}"
     )
 
 

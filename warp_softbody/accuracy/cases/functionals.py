@@ -19,7 +19,8 @@ class Functional:
     Attributes:
         unit: of it.
         text: what it is, for people.
-        scale: what an error is relative to; None for the reference's own value.
+        scale: what an error is relative to; None for the reference's own value. Of a number that
+            is to be small, as an error or a tilt at the end is, the most that is allowed of it.
         limit: for what has to stay small and is no outcome: the most that a motion may have of it,
             to be offered; such a number is no part of an error.
         of: measures it.
@@ -91,7 +92,7 @@ FUNCTIONALS = {
         unit="degrees", text="largest tilt", scale=90.0, of=letters.largest_tilt
     ),
     "last_tilt": Functional(
-        unit="degrees", text="tilt at the end", scale=90.0, of=letters.last_tilt
+        unit="degrees", text="tilt at the end", scale=letters.UPRIGHT, of=letters.last_tilt
     ),
     "upright_again": Functional(
         unit="s",
@@ -101,7 +102,7 @@ FUNCTIONALS = {
     "sway_error": Functional(
         unit="of the amplitude",
         text="largest distance from the wanted path",
-        scale=1.0,
+        scale=letters.ASTRAY,
         of=letters.sway_error,
     ),
     "swing": Functional(unit="m", text="half the way to and fro", of=letters.swing),
@@ -119,15 +120,11 @@ FUNCTIONALS = {
         text="largest speed at which the centre of mass rises",
         of=letters.take_off_speed,
     ),
-    "rolled": Functional(
-        unit="degrees", text="angle rolled at the end", scale=360.0, of=letters.rolled
-    ),
+    "rolled": Functional(unit="degrees", text="angle rolled at the end", of=letters.rolled),
     "rolled_furthest": Functional(
-        unit="degrees", text="largest angle rolled", scale=360.0, of=letters.rolled_furthest
+        unit="degrees", text="largest angle rolled", of=letters.rolled_furthest
     ),
-    "rolled_back": Functional(
-        unit="degrees", text="angle rolled back", scale=360.0, of=letters.rolled_back
-    ),
+    "rolled_back": Functional(unit="degrees", text="angle rolled back", of=letters.rolled_back),
     "volume": Functional(
         unit="",
         text="largest change of the volume, as a share",

@@ -32,7 +32,7 @@ LETTER: Mapping[str, Any] = {
     "controlled": True,
     "time_step": TIME_STEPS[1],
     "meshes": (COARSEST, COARSER, OWN),
-    "time_steps": TIME_STEPS[:2],
+    "time_steps": TIME_STEPS[:3],
     "knobs": CONTROLLED,
     "finest": (FINER, TIME_STEPS[1]),
     "beside": (OWN, TIME_STEPS[2]),
@@ -71,7 +71,7 @@ on the refined mesh, so that this has to be refined as well. It has 654 tets, wh
 
 LETTERS = (
     ChartCase(
-        scene="exercise-h", seconds=3.5, functionals=("sway_error", "swing", *SOUND), **LETTER
+        scene="exercise-h", seconds=3.5, functionals=("sway_error", "swing", *SOUND), **HALVED
     ),
     ChartCase(
         scene="balance-i",
@@ -79,9 +79,9 @@ LETTERS = (
         functionals=("largest_tilt", "upright_again", "last_tilt", *SOUND),
         **HALVED,
     ),
-    ChartCase(scene="slide-f", seconds=3.5, functionals=SLIDES, **LEANING),
-    ChartCase(scene="slide-f-left", seconds=3.5, functionals=SLIDES, **LEANING),
-    ChartCase(scene="slide-f-delayed", seconds=3.5, functionals=SLIDES, **CAUGHT),
+    ChartCase(scene="slide-f", seconds=7.0, functionals=SLIDES, **LEANING),
+    ChartCase(scene="slide-f-left", seconds=7.0, functionals=SLIDES, **LEANING),
+    ChartCase(scene="slide-f-delayed", seconds=7.0, functionals=SLIDES, **CAUGHT),
     ChartCase(
         scene="jump-i",
         seconds=2.6,
@@ -104,7 +104,7 @@ LETTERS = (
     ChartCase(scene="roll-o", seconds=10.0, functionals=("rolled", "gone", *SOUND), **ROLLING),
     ChartCase(
         scene="roll-o-return",
-        seconds=11.0,
+        seconds=14.0,
         functionals=("rolled_furthest", "rolled_back", *SOUND),
         **ROLLING,
     ),
@@ -117,13 +117,13 @@ LETTERS = (
     ),
     ChartCase(
         scene="walk-x",
-        seconds=3.6,
+        seconds=7.5,
         functionals=("gone", "swing_height", "largest_tilt", *SOUND),
         **WALKING,
     ),
     ChartCase(
         scene="walk-x-fast",
-        seconds=3.0,
+        seconds=5.5,
         functionals=("gone", "swing_height", "largest_tilt", *SOUND),
         **WALKING,
     ),

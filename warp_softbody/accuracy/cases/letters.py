@@ -9,7 +9,12 @@ from warp_softbody.accuracy.cases.track import Track
 from warp_softbody.arrays import FloatArray
 from warp_softbody.scenes import exercise_h
 
-UPRIGHT = 5.0  # degrees
+UPRIGHT = 5.0
+"""Degrees from the vertical below which a body is upright."""
+
+ASTRAY = 0.1
+"""Of the amplitude, the largest distance from its path that is no failure of an exercise."""
+
 LIFTED = 0.0076
 """m, 2 % of the height of letter X, from which on a foot counts as swung."""
 

@@ -1,0 +1,108 @@
+"""Whether settings hold on other floors than the chart's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.accuracy.tilting import chart, outcome
+from warp_softbody.accuracy.analysis.family import Family, members
+from warp_softbody.accuracy.analysis.motion import MeasuredMotion, responding
+from warp_softbody.accuracy.analysis.tuning import choose
+from warp_softbody.accuracy.cases.case import ChartCase
+from warp_softbody.accuracy.cases.settings import Settings
+from warp_softbody.accuracy.cases.table import CASES
+from warp_softbody.accuracy.runs.outcome import RunOutcome
+from warp_softbody.errors import InputError
+
+CHART = chart()
+BOUND = 0.5
+ROUGH = 9.0
+"""Degrees by which a rough floor tilts the body, whatever it is computed with."""
+
+
+class Floors:
+    """Runs on other floors; on the rough one some settings tilt the body further."""
+
+    def __init__(self, *, further: float, of: Settings | None = None, volume: float = 0.0) -> None:
+        """``further`` degrees of the settings given, of all others 0."""
+        self.further, self.of, self.volume = further, of, volume
+        self.runs = 0
+
+    def __call__(self, case: ChartCase, settings: Settings) -> RunOutcome:
+        """A run."""
+        self.runs += 1
+        plain = outcome(settings)
+        rough = case.given["friction"] > 0.8
+        more = rough * (ROUGH + self.further * (settings == self.of))
+        tilt = plain.functionals["largest_tilt"] + more
+        values = {**plain.functionals, "largest_tilt": tilt, "volume": self.volume * rough}
+        return replace(plain, functionals=values)
+
+
+def test_a_family_has_other_floors() -> None:
+    floors = [case.given["friction"] for case in members(CASES["balance-i"]).values()]
+    assert floors == pytest.approx([0.64, 0.96])
+    given = members(CASES["jump-i-in-place"])
+    assert all(case.given["jumps"] == 1 for case in given.values()) and len(given) == 2
+    assert members(CASES["cantilever"]) == members(CASES["slope"]) == {}
+
+
+def test_what_answers_another_floor_as_what_ships_does_errs_no_more_there() -> None:
+    """Then the error on the family is that of the chart."""
+    plain = choose(CHART, BOUND)
+    tuned = choose(CHART, BOUND, Family(CHART, Floors(further=0.0)))
+    assert tuned.settings == plain.settings
+    assert plain.elsewhere is None and tuned.elsewhere == pytest.approx(tuned.error)
+
+
+def test_what_errs_on_another_floor_is_passed_over_and_told() -> None:
+    plain = choose(CHART, BOUND)
+    floors = Floors(further=60.0, of=plain.settings)
+    tuned = choose(CHART, BOUND, Family(CHART, floors))
+    assert tuned.settings != plain.settings and tuned.cost > plain.cost
+    shift = plain.error + 60.0 / 90.0
+    assert tuned.left_out[0].endswith(f"an error of {100.0 * shift:.2g} % with friction 0.96")
+    # two floors as shipped, and two of each of two candidates
+    assert floors.runs == 6
+
+
+def test_what_does_not_keep_its_volume_elsewhere_is_passed_over() -> None:
+    worst = Family(CHART, Floors(further=0.0, volume=0.04)).worst(
+        next(point for point in CHART.points if point.settings != CHART.case.default)
+    )
+    assert worst is not None and worst.error == math.inf and worst.where == "friction 0.96"
+
+
+def test_what_ships_errs_elsewhere_by_what_it_errs_by_on_the_chart() -> None:
+    floors = Floors(further=0.0)
+    worst = Family(CHART, floors).worst(CHART.default)
+    assert worst is not None and worst.error == CHART.default.error
+
+
+def test_where_nothing_holds_elsewhere_the_least_bound_is_told() -> None:
+    class Rougher(Floors):
+        def __call__(self, case: ChartCase, settings: Settings) -> RunOutcome:
+            self.of = None if settings == case.default else settings
+            return super().__call__(case, settings)
+
+    points = tuple(p for p in CHART.points if p.settings != CHART.case.default)
+    default = replace(CHART.default, outcome=replace(CHART.default.outcome, unconverged=1.0))
+    made = replace(CHART, points=(*points, default))
+    with pytest.raises(InputError, match=r"hold 50% as it ships but not elsewhere: .*0\.96"):
+        choose(made, BOUND, Family(made, Rougher(further=60.0)))
+
+
+def test_ways_change_by_a_share_and_tilts_by_degrees() -> None:
+    def motion(gone: float, tilt: float) -> MeasuredMotion:
+        values = {"gone": gone, "largest_tilt": tilt}
+        return MeasuredMotion(path=np.full((1, 1, 3), gone), functionals=values)
+
+    found = responding(motion(2.0, 10.0), there=motion(0.5, 8.0), here=motion(1.0, 5.0))
+    assert found.functionals == {"gone": 1.0, "largest_tilt": 13.0}
+    # of nothing there is no share
+    still = responding(motion(0.0, 1.0), there=motion(0.3, 1.0), here=motion(0.0, 1.0))
+    assert still.functionals["gone"] == 0.3
