@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.support.surfaces import BODIES
-from warp_softbody import Character, scenes
+from warp_softbody import Character, scene_files, scenes
 from warp_softbody.cli import main
+from warp_softbody.controllers import Sequence
 from warp_softbody.errors import InputError, MeshWarning
 
 
@@ -35,6 +36,41 @@ def test_settings_are_those_of_the_motion(ring: Path) -> None:
     assert plan.description == "ring walks"
     with pytest.raises(InputError, match="has no setting 'heading'"):
         scenes.make(str(ring), {"heading": 1.0}, do="jump")
+
+
+def test_several_things_in_turn(
+    ring: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = scenes.make(str(ring), {"height": 0.05}, do="walk:0.1s, jump,balance: 2 m")
+    assert isinstance(plan.controller, Sequence)
+    assert [motion.title for motion in plan.controller.motions] == ["walk", "jump", "balance"]
+    assert plan.controller.motions[2].distance == 2.0
+    assert "push" in plan.settings and plan.settings["push"] == 0.0
+    line = ["run", str(ring), "--do", "walk:0.1s,balance", "--seconds", "0.2", "--json"]
+    assert main(line) == 0
+    motions = json.loads(capsys.readouterr().out)["motions"]
+    assert [motion["name"] for motion in motions] == ["walk", "balance"]
+    # and as a file, whose motions are the same
+    file = tmp_path / "both.toml"
+    assert main(["new", str(file), "--from", str(ring), "--do", "walk:0.1s,balance"]) == 0
+    read = scene_files.read(file).plan.controller
+    assert isinstance(read, Sequence)
+    assert [motion.title for motion in read.motions] == ["walk", "balance"]
+
+
+@pytest.mark.parametrize(
+    ("do", "sentence"),
+    [
+        ("walk,balance", "to walk never ends, but something else is to follow"),
+        ("walk:2km,balance", "must end after metres or seconds, as walk:2m"),
+        ("walk:0s,balance", "must end after metres or seconds"),
+        ("walk:2m,,balance", "what a character does must be one of"),
+        ("", "what a character does must be one of"),
+    ],
+)
+def test_what_does_not_follow_is_told(ring: Path, do: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        scenes.make(str(ring), do=do)
 
 
 def test_what_it_cannot_do_is_told(ring: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -100,8 +100,9 @@ def _add_numbers(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--do",
-        choices=("balance", "walk", "crawl", "jump", "hop", "roll"),
-        help="what the character of a file, NAME.char, does (balance)",
+        metavar="WHAT",
+        help="what the character of a file, NAME.char, does: balance (default), walk, crawl, jump, "
+        "hop or roll, or several in turn, as walk:2m,jump,balance",
     )
     parser.add_argument(
         "--set",

@@ -70,8 +70,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument(
         "--do",
-        choices=("balance", "walk", "crawl", "jump", "hop", "roll"),
-        help="what the character of a file, NAME.char, does (balance)",
+        metavar="WHAT",
+        help="what the character of a file, NAME.char, does: balance (default), walk, crawl, jump, "
+        "hop or roll, or several in turn, as walk:2m,jump,balance",
     )
     parser.add_argument(
         "--seconds",

@@ -50,8 +50,8 @@ def recipe(name: str, do: str | None = None) -> SceneRecipe:
 
     Args:
         name: of a scene or a file.
-        do: what the character of a file does: "balance", which is usual, "walk", "crawl", "jump"
-            or "roll".
+        do: what the character of a file does: "balance", which is usual, "walk", "crawl", "jump",
+            "hop" or "roll", or several in turn, as "walk:2m,jump,balance:3s".
 
     Raises:
         InputError: an unknown name, with close matches; a file that holds no character.

@@ -11,7 +11,7 @@ import numpy as np
 from warp_softbody.body.character import Character
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.inputs import checks
-from warp_softbody.scenes.own_character import DOINGS
+from warp_softbody.scenes.doings import DOINGS
 from warp_softbody.scenes.plan import Setting
 from warp_softbody.teaching.ranges import WANTED, Field
 
