@@ -141,6 +141,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         )
         if wp.trace(projector) < wp.float64(0.5):
             return
+        free_to_turn = bodies.turns != 0 and wp.trace(projector) > wp.float64(2.5)
         missing = vec3d()
         turning = vec3d()
         answer = mat33d()
@@ -162,7 +163,7 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                     own -= damped * wide(change[i]) + (damped - m) * old
                     mass += damped
                     missing += own
-                    if bodies.turns != 0:
+                    if free_to_turn:
                         arm = wide(positions[i]) - pivot
                         center += damped * arm
                         turning += wp.cross(arm, own)
@@ -180,7 +181,6 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
         shift = projector * (wp.inverse(inner) * missing)
         turn = vec3d()
         center = center / mass
-        free_to_turn = bodies.turns != 0 and wp.trace(projector) > wp.float64(2.5)
         if free_to_turn:
             # about the centre of mass; a body of one line of nodes has no inertia about it
             turning -= wp.cross(center, whole)
