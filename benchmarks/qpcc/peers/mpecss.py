@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import json
 import os
 import tempfile
@@ -16,6 +17,8 @@ import numpy as np
 
 from benchmarks.qpcc.peers.answer import PeerAnswer
 from warp_softbody.controllers.qpcc import QPCC
+
+_NUMBERS = itertools.count()
 
 
 def solve(problem: QPCC, time_limit: float = 60.0) -> PeerAnswer:
@@ -46,7 +49,8 @@ def solve(problem: QPCC, time_limit: float = 60.0) -> PeerAnswer:
         data["lbg"] = _plain(np.concatenate([problem.b, problem.h_lower]))
         data["ubg"] = _plain(np.concatenate([problem.b, problem.h]))
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-        path = os.path.join(folder, "one.nl.json")
+        # it keeps derivatives by the name of the file, whichever problem has it
+        path = os.path.join(folder, f"problem_{next(_NUMBERS)}.nl.json")
         with open(path, "w", encoding="utf-8") as file:
             json.dump(data, file)
         try:
