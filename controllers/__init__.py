@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
     from warp_softbody.controllers.motions.sequence import Motion, Sequence
     from warp_softbody.controllers.motions.slide import Slide, SlideGains
+    from warp_softbody.controllers.motions.steering import Steering, Trail
     from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk, WalkGains
     from warp_softbody.controllers.objectives import Objective
     from warp_softbody.controllers.patch_clusters import clustered_patches
@@ -88,7 +89,9 @@ _HOMES = {
     "SlideGains": "motions.slide",
     "SolverOptions": "qpcc",
     "StepGains": "motions.for_any_body.step_gains",
+    "Steering": "motions.steering",
     "Sway": "motions.exercise",
+    "Trail": "motions.steering",
     "WARM_OPTIONS": "qpcc",
     "Walk": "motions.walk",
     "WalkGains": "motions.walk",
@@ -142,8 +145,10 @@ __all__ = [
     "Slide",
     "SlideGains",
     "SolverOptions",
+    "Steering",
     "StepGains",
     "Sway",
+    "Trail",
     "Walk",
     "WalkGains",
     "clustered_patches",

@@ -12,6 +12,8 @@ from benchmarks.motions import measures as of
 from benchmarks.motions.criterion import Criterion, Finding, RecordedMotion, below
 from warp_softbody.accuracy.cases import body_motion
 from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers import Trail
+from warp_softbody.scenes.walk_x import figure_of_eight
 from warp_softbody.stage_exports import reversals
 
 PER_CENT, DEGREES, SECONDS, SPEED = "{:.1%}", "{:.0f} degrees", "{:.2f} s", "{:.2f} m/s"
@@ -149,6 +151,7 @@ CRAWL = (
 )
 
 FEET = ("foot_0", "foot_1", "foot_2", "foot_3")
+EIGHT, LOOK = 0.6, 0.3  # m, radius, and how far ahead the nearest point of a trail is looked for
 LIFTED = 0.0076  # m, 2 % of the height of the X
 
 
@@ -180,6 +183,16 @@ def walking(at_once: int) -> tuple[Criterion, ...]:
             0.05,
         ),
     )
+
+
+def on_trail(motion: RecordedMotion) -> FloatArray:
+    """Way along the figure of eight and distance of the centre of mass from it, (f, 2) m."""
+    trail = Trail(points=figure_of_eight(EIGHT))
+    found, arc = [], 0.0
+    for place in motion.measures.centre_of_mass[:, :2]:
+        arc = trail.nearest(place, arc, arc + 2.0 * LOOK)
+        found.append((arc, float(np.hypot(*(trail.point(arc) - place)))))
+    return np.array(found)
 
 
 CRITERIA: dict[str, tuple[Criterion, ...]] = {
@@ -219,6 +232,12 @@ CRITERIA: dict[str, tuple[Criterion, ...]] = {
     "crawl-i-inchworm": (*CRAWL, Criterion("arch", lambda m: min(arches(m)), 0.2)),
     "walk-x": walking(1),
     "walk-x-fast": walking(2),
+    "walk-x-eight": (
+        Criterion("way", lambda m: float(on_trail(m)[-1, 0]), 7.2),
+        below("off the trail", lambda m: float(on_trail(m)[:, 1].max()), 0.15, form="{:.3f} m"),
+        below("end", lambda m: float(of.speed(m.take, m.measures)[-1]), 0.5, SPEED),
+        *walking(2)[2:],
+    ),
 }
 
 

@@ -102,3 +102,9 @@ def angle_turned(view: BodyView, first: int, second: int) -> float:
     moments = arms.T @ (positions - view.center_of_mass)
     turned = moments[first, second] - moments[second, first]
     return float(np.arctan2(turned, moments[first, first] + moments[second, second]))
+
+
+def moments_of_inertia(view: BodyView) -> FloatArray:
+    """(3,) kg m^2: moments of inertia about the axes through the centre of mass."""
+    squares = (view.positions - view.center_of_mass) ** 2
+    return np.asarray(view.masses @ (squares.sum(axis=1, keepdims=True) - squares))

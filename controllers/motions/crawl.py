@@ -17,6 +17,7 @@ from warp_softbody.controllers.motions.body_measures import mean_weights, region
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
 from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_crawl
+from warp_softbody.controllers.motions.steering import Guide
 from warp_softbody.controllers.motions.trajectories import way_on
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, ground_patches
@@ -143,6 +144,7 @@ class Crawl:
         heading: float = 0.0,
         speed: float | None = None,
         gains: StepGains | None = None,
+        steering: Guide | None = None,
     ) -> Stepping:
         """A crawl of any body that lies: sections of its belly are pushed along, last to first.
 
@@ -153,13 +155,14 @@ class Crawl:
             heading: rad, from x towards y.
             speed: m/s, of the plan on Earth; None for the one that the gains are made for.
             gains: None for those that suit it.
+            steering: as that of `Walk`, in place of a speed; "forward" is along the heading.
 
         Raises:
             InputError: the body stands, is too short, has no muscles, or the speed is beyond it.
         """
         heading = checks.number("heading of Crawl", heading, unit="rad")
         way = way_to_crawl(character, heading)
-        return stepping("Crawl", character, way, heading, speed, gains)
+        return stepping("Crawl", character, way, heading, speed, gains, steering)
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""

@@ -14,7 +14,12 @@ from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen, segments
 from warp_softbody.controllers.motions.any_body import feet_of
 from warp_softbody.controllers.motions.balance import Balance
-from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
+from warp_softbody.controllers.motions.body_measures import (
+    BASE_PATCHES,
+    mean_weights,
+    moments_of_inertia,
+    region_mean,
+)
 from warp_softbody.controllers.motions.for_any_body.jumping import jump_gains
 from warp_softbody.controllers.motions.held_sole import HeldSole
 from warp_softbody.controllers.motions.jump_gains import JumpGains
@@ -212,7 +217,7 @@ class Jump:
         goal = base + np.array([0.0, 0.0, self._above]) + step * way
         pull = bend * way + g.position * (goal - view.center_of_mass)
         linear = view.mass * (pull + g.velocity * rate * way) - g.velocity * view.linear_momentum
-        turning = _inertias(view) * np.array([0.0, 0.0, g.wind])
+        turning = moments_of_inertia(view) * np.array([0.0, 0.0, g.wind])
         angular = turning * (bend + g.spin * rate) - g.spin * view.angular_momentum
         return self._momenta(view, linear, angular)
 
@@ -223,7 +228,7 @@ class Jump:
         hastening = (min(1.0, (elapsed + view.time_step) / g.rise) - share) / view.time_step
         linear = view.mass * np.array(g.launch)
         rate = g.turn / self._airtime(view, g.launch[2])
-        angular = np.array([0.0, 0.0, _inertias(view)[2] * rate])
+        angular = np.array([0.0, 0.0, moments_of_inertia(view)[2] * rate])
         return self._momenta(
             view,
             hastening * linear + g.push * (share * linear - view.linear_momentum),
@@ -277,9 +282,3 @@ class Jump:
         capture = np.sqrt(g.height * view.mass / objectives.weight_of(view)) * speed[:2]
         near = np.clip(wanted, capture - g.play, capture + g.play)
         return np.array([*near, -g.height])
-
-
-def _inertias(view: BodyView) -> FloatArray:
-    """(3,) kg m^2: moments of inertia about the axes through the centre of mass."""
-    squares = (view.positions - view.center_of_mass) ** 2
-    return np.asarray(view.masses @ (squares.sum(axis=1, keepdims=True) - squares))

@@ -13,12 +13,22 @@ from warp_softbody.controllers import objectives
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
+from warp_softbody.controllers.motions.body_measures import angle_turned
 from warp_softbody.controllers.motions.for_any_body.righting import righting
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
 from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_walk
+from warp_softbody.controllers.motions.guidance import Feet
+from warp_softbody.controllers.motions.moving_frame import MovingFrame
+from warp_softbody.controllers.motions.steering import (
+    Guide,
+    Steering,
+    SteeringShares,
+    checked_guide,
+)
 from warp_softbody.controllers.motions.tracking import MissingRate, following
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
+from warp_softbody.controllers.motions.walk_course import Course
 from warp_softbody.controllers.motions.walking_feet import FeetNow, upward_only
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import ground_patches
@@ -37,6 +47,9 @@ across from it along."""
 DIAGONAL_PAIRS: Gait = ((0, 3), (1, 2))
 """A trot without flight."""
 
+MOST_STRIDE = 0.6
+"""L, as far as a foot of letter X is swung; with longer strides the middle comes to the ground."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class WalkGains:
@@ -52,7 +65,8 @@ class WalkGains:
         leash: L, how far the plan may run ahead of the body.
         position: Kp, g/L, of the centre of mass.
         velocity: Kd, sqrt(g/L), of the same.
-        turn: g/L, how strongly the body is brought back to the orientation that it had at rest.
+        turn: g/L, how strongly the body is brought back to the orientation that it had at rest,
+            but for the yaw of the plan; a walk that is to turn needs some.
         spin: sqrt(g/L), decay of angular momentum.
         learning: sqrt(L/g), within which it is learnt what momentum a plan misses.
         momentum_weight: of the linear momentum, in units of m g dt.
@@ -106,7 +120,7 @@ class WalkGains:
 
 @remembered
 class Walk:
-    """Walks along x, on level ground, for as long as it is asked."""
+    """Walks on level ground where it is steered, and straight on where it is not."""
 
     required_regions = ("base",)
     """Regions that `for_` needs of a character, beside feet or quadrants of the base."""
@@ -121,19 +135,32 @@ class Walk:
         gait: Gait,
         start: float = 0.9396,
         feet: tuple[str, ...] = FEET,
+        heading: float = 0.0,
+        steering: Guide | None = None,
     ) -> None:
-        """Lift the feet of each entry of ``gait`` in turn, from ``start`` sqrt(L/g) on."""
+        """Lift the feet of each entry of ``gait`` in turn, from ``start`` sqrt(L/g) on.
+
+        Args:
+            gains: None for the usual ones.
+            gait: numbers of the feet that are swung together, one swing after the other.
+            start: sqrt(L/g), when the first swing begins.
+            feet: names of the regions that are the feet.
+            heading: rad, from x towards y, of what is forward as the body stands at first.
+            steering: how fast to go which way: a `Steering`, several with their times, a `Trail`,
+                or a function of the view that gives a `Steering`; None for straight on at the speed
+                for which the gains are made.
+        """
         self._gains = checks.optional("gains of Walk", gains, WalkGains)
         self._feet = feet = input_kinds.names("feet of Walk", feet)
         self._gait = _checked_gait(gait, len(feet))
         self._start = checks.number("start of Walk", start, low=0.0, unit="sqrt(L/g)")
-        self._units: BodyUnits | None = None
+        self._heading = checks.number("heading of Walk", heading, unit="rad")
+        self._guide = None if steering is None else checked_guide("steering of Walk", steering)
         self._missing = MissingRate(self._gains.learning)
-        self._origin = np.zeros(3)
-        self._home: FloatArray | None = None
-        # by the feet that are swung, once their home is known
-        self._shifts: dict[tuple[int, ...], FloatArray] = {}
-        self._left = np.zeros((len(feet), 3))
+        self._course: Course | None = None
+        self._home = self._left = np.zeros((len(feet), 3))
+        self._height = 0.0
+        self._yaw = 0.0
         self._phase = -1
         self._lands = True
 
@@ -150,6 +177,7 @@ class Walk:
         heading: float = 0.0,
         speed: float | None = None,
         gains: StepGains | None = None,
+        steering: Guide | None = None,
     ) -> Stepping:
         """A walk of any body, step by step.
 
@@ -160,48 +188,78 @@ class Walk:
             heading: rad, from x towards y.
             speed: m/s, of the plan on Earth; None for the one that the gains are made for.
             gains: None for those that suit what it walks on.
+            steering: as that of `Walk`, in place of a speed; "forward" is along the heading.
 
         Raises:
             InputError: the body lacks a region or muscles, or the speed is beyond its steps.
         """
-        return stepping("Walk", character, way_to_walk(character), heading, speed, gains)
+        return stepping("Walk", character, way_to_walk(character), heading, speed, gains, steering)
+
+    def steer(
+        self, forward: float | None = None, *, aside: float = 0.0, turning: float = 0.0
+    ) -> None:
+        """Go on like this from the next step on.
+
+        Args:
+            forward: m/s; None is the speed for which the gains are made.
+            aside: m/s, to the left.
+            turning: rad/s about the vertical, to the left.
+        """
+        self._follow_guide(Steering(forward=forward, aside=aside, turning=turning))
+
+    def steer_by(self, *, forward: float = 0.0, aside: float = 0.0, turning: float = 0.0) -> None:
+        """Go on like this from the next step on: shares, -1 to 1, of what the feet can do."""
+        self._follow_guide(SteeringShares(forward=forward, aside=aside, turning=turning))
+
+    def _follow_guide(self, guide: Guide) -> None:
+        self._guide = guide
+        if self._course is not None:
+            self._course.steer(guide)
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
-        if self._units is None:
-            self._units = BodyUnits.of(view)
-            self._gains = in_si(self._gains, self._units)
-            self._start *= self._units.time
-            self._missing = MissingRate(self._gains.learning)
-        g = self._gains
         feet = FeetNow(view, self._feet)
-        home = self._stand(view, feet)
+        if self._course is None:
+            self._course = self._begun(view, feet)
         phase, share = self._time(view.time)
+        self._course.go_on(view, phase)
         if phase != self._phase:
             self._phase, self._left = phase, feet.lowest
-        swung = self._swung(phase)
-        wanted = [*self._body(view, home)]
+        swung = self._course.swung
+        wanted = [*self._body(view, self._course)]
         for foot in range(len(self._feet)):
             swings = foot in swung
-            path = self._path(home, foot, phase, share) if swings else self._hold(home, foot)
+            path = self._path(self._course, foot, share) if swings else self._hold(foot)
             own = self._foot(view, feet, foot, *path)
             wanted.append(own if swings else upward_only(own))
-        landing = share > 1.0 - g.touch_down
+        landing = share > 1.0 - self._gains.touch_down
         self._lands = landing or not swung
         down = [name for i, name in enumerate(self._feet) if landing or i not in swung]
         return Goals(
             objectives=tuple(wanted),
             patches=ground_patches(view, tuple(down)),
-            activation=self._activation(phase, share),
+            activation=self._activation(swung, share),
         )
 
-    def _stand(self, view: BodyView, feet: FeetNow) -> FloatArray:
-        """Places of the feet relative to the centre of mass, as they were at first."""
-        if self._home is None:
-            self._origin = view.center_of_mass.copy()
-            self._home = feet.lowest - self._origin
-        return self._home
+    def _begun(self, view: BodyView, feet: FeetNow) -> Course:
+        """Take over the units of the body, and the places of the feet as they are at first."""
+        units = BodyUnits.of(view)
+        self._gains = g = in_si(self._gains, units)
+        self._start *= units.time
+        self._missing = MissingRate(g.learning)
+        self._home = feet.lowest - view.center_of_mass
+        self._height = float(view.center_of_mass[2])
+        self._yaw = angle_turned(view, 0, 1)
+        own = Feet(
+            length=units.length,
+            reach=float(np.hypot(*self._home[:, :2].T).max()),
+            cycle=g.swing * len(self._gait),
+            stride=g.stride,
+            most_stride=MOST_STRIDE * units.length,
+        )
+        place = view.center_of_mass[:2].copy()
+        return Course(own, self._gait, place, guide=self._guide, heading=self._heading)
 
     def _time(self, time: float) -> tuple[int, float]:
         """Number of the swing, -1 before the first, and the share of it that is over."""
@@ -212,48 +270,43 @@ class Walk:
         phase = int(since / self._gains.swing)
         return phase, since / self._gains.swing - phase
 
-    def _swung(self, phase: int) -> tuple[int, ...]:
-        return self._gait[phase % len(self._gait)] if phase >= 0 else ()
-
-    def _way(self, phase: int, share: float) -> tuple[float, float]:
-        """How far along x the plan has come, m, and its speed, m/s; it starts within a cycle."""
-        g, count = self._gains, len(self._gait)
-        speed = g.stride / (count * g.swing)
-        cycles = max(0.0, (phase + share) / count)
-        if cycles < 1.0:
-            return g.stride * cycles**2 / 2.0, speed * cycles
-        return g.stride * (cycles - 0.5), speed
-
-    def _body(self, view: BodyView, home: FloatArray) -> tuple[Objective, Objective]:
-        """The centre of mass goes on and sways away from the feet that lift off; no turning."""
+    def _body(self, view: BodyView, course: Course) -> tuple[Objective, Objective]:
+        """The centre of mass goes on and sways away from the feet that lift off."""
         g, dt = self._gains, view.time_step
-        path = np.array([self._middle(home, view.time + ahead) for ahead in (-dt, 0.0, dt)])
+        frames = zip((-dt, 0.0, dt), (course.before, course.now, course.soon), strict=True)
+        path = np.array([self._middle(course, frame, view.time + ahead) for ahead, frame in frames])
         slack = self._slack(view, path[1])
-        self._origin += slack
+        course.shift(slack[:2])
         wanted = following(view, path + slack, g.position, g.velocity)
         rate = self._missing.made_up(view, wanted)
         return (
             objectives.linear_momentum(view, rate, g.momentum_weight),
-            objectives.angular_momentum(view, righting(view, g.turn, g.spin), g.spin_weight),
+            objectives.angular_momentum(view, self._righting(view, course), g.spin_weight),
         )
 
-    def _middle(self, home: FloatArray, time: float) -> FloatArray:
+    def _righting(self, view: BodyView, course: Course) -> FloatArray:
+        """Rate of angular momentum (3,) N m by which the body comes upright and faces its way."""
+        g, frame = self._gains, course.now
+        yaw, turning = self._yaw + frame.yaw, frame.rates.turning
+        return righting(view, g.turn, g.spin, yaw=yaw, turning=turning)
+
+    def _middle(self, course: Course, frame: MovingFrame, time: float) -> FloatArray:
         """Where the centre of mass is wanted at a time, (3,) m."""
         phase, share = self._time(time)
-        before, after = self._away(home, phase), self._away(home, phase + 1)
-        middle = self._origin + before + smooth_step(share)[0] * (after - before)
-        middle[0] += self._way(phase, share)[0]
-        return np.asarray(middle)
+        # one step ahead the next swing may have begun
+        begun = phase > self._phase
+        before, after = (course.next, course.next) if begun else (course.swung, course.next)
+        if phase < self._phase:
+            before = after = course.swung
+        away, soon = self._away(before), self._away(after)
+        place = frame.at(away + smooth_step(share)[0] * (soon - away))
+        return np.array([*place, self._height])
 
-    def _away(self, home: FloatArray, phase: int) -> FloatArray:
-        """Where the centre of mass is wanted, from its usual place, when a swing begins."""
-        swung = self._swung(phase)
-        if swung not in self._shifts:
-            shift = np.zeros(3)
-            if swung:
-                shift[:2] = -self._gains.sway * home[list(swung), :2].mean(axis=0)
-            self._shifts[swung] = shift
-        return self._shifts[swung]
+    def _away(self, swung: tuple[int, ...]) -> FloatArray:
+        """Where in the frame (2,) m the centre of mass is wanted when some feet begin to swing."""
+        if not swung:
+            return np.zeros(2)
+        return np.asarray(-self._gains.sway * self._home[list(swung), :2].mean(axis=0))
 
     def _slack(self, view: BodyView, goal: FloatArray) -> FloatArray:
         """What takes the plan back to the body where that has slipped or was pushed away."""
@@ -262,14 +315,10 @@ class Walk:
         far = math.hypot(*behind.tolist())
         return np.asarray(behind * max(0.0, 1.0 - self._gains.leash / max(far, 1e-9)))
 
-    def _path(
-        self, home: FloatArray, foot: int, phase: int, share: float
-    ) -> tuple[FloatArray, FloatArray]:
+    def _path(self, course: Course, foot: int, share: float) -> tuple[FloatArray, FloatArray]:
         """Place, m, and velocity, m/s, of a swung foot: mean x and y, z of its lowest node."""
-        g, count = self._gains, len(self._gait)
-        begin, end = self._left[foot], self._origin + home[foot]
-        # It will stand while the body goes this way, so it is set down half of that ahead.
-        end[0] += self._way(phase + 1, 0.0)[0] + 0.5 * g.stride * (count - 1) / count
+        g, begin, end = self._gains, self._left[foot], self._hold(foot)[0]
+        end[:2] = course.when_down((1.0 - share) * g.swing).at(self._home[foot, :2])
         step, rate, _ = smooth_step(share)
         place, speed = begin + step * (end - begin), rate * (end - begin)
         up, climb, _ = smooth_step(min(2.0 * share, 2.0 - 2.0 * share))
@@ -288,13 +337,13 @@ class Walk:
         stays = ("foot", self._feet[foot])
         return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit, stays=stays)
 
-    def _hold(self, home: FloatArray, foot: int) -> tuple[FloatArray, FloatArray]:
+    def _hold(self, foot: int) -> tuple[FloatArray, FloatArray]:
         """Place, m, and velocity, m/s, of a foot that stands; only its height is asked for."""
-        return self._origin + home[foot], np.zeros(3)
+        return np.array([0.0, 0.0, self._height + self._home[foot, 2]]), np.zeros(3)
 
-    def _activation(self, phase: int, share: float) -> ActivationCost:
+    def _activation(self, swung: tuple[int, ...], share: float) -> ActivationCost:
         g = self._gains
-        if phase < 0 or share >= g.ease_time:
+        if not swung or share >= g.ease_time:
             return g.activation
         return eased_change(g.activation, g.ease, share / g.ease_time)
 

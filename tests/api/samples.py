@@ -271,7 +271,9 @@ def control() -> Samples:
         "Roll.for_": (controllers.Roll.for_, {"character": muscled()}),
         "SolverOptions": (controllers.SolverOptions, {}),
         "StepGains": (controllers.StepGains, {}),
+        "Steering": (controllers.Steering, {}),
         "Sway": (controllers.Sway, {}),
+        "Trail": (controllers.Trail, {"points": np.eye(2)}),
         "Walk": (controllers.Walk, {"gait": controllers.ONE_BY_ONE}),
         **{
             f"{name}.for_": (getattr(controllers, name).for_, {"character": muscled()})

@@ -117,6 +117,7 @@ def kind_of(hint: str) -> str | None:
 
 
 ALIASES = {
+    "Guide",
     "Any",
     "Gait",
     "Size",

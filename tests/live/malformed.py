@@ -14,6 +14,7 @@ RIGHT: list[dict[str, Any]] = [
     {"do": "control", "value": "static"},
     {"do": "friction", "value": 0},
     {"do": "gravity", "value": 1.62},
+    {"do": "steer", "forward": 0.5, "aside": 0, "turning": -1},
     {"do": "push", "share": 0.5, "degrees": -90},
     {"do": "grab", "point": 3, "to": [0.1, 0.2, 0.3]},
     {"do": "drag", "to": [0, 0, 1e3]},

@@ -105,6 +105,21 @@ def test_control_is_switched_while_it_balances(folder: Path) -> None:
         client.close()
 
 
+def test_a_walk_is_steered(folder: Path) -> None:
+    """It goes backwards, and does so again after a restart; what does not walk is not steered."""
+    assert live_scene("drop-block").steers is False
+    with served(LiveSession(live_scene("walk-x-fast"), folder)) as server:
+        client = Client.of(server)
+        assert client.status["steering"] == [0.0, 0.0, 0.0]
+        client.send("steer", forward=-1.0, aside=0.0, turning=0.0)
+        client.read_until(lambda c: c.status["steering"] == [-1.0, 0.0, 0.0])
+        client.read_until(lambda c: c.update is not None and c.seen.numbers["momentum.x"] < -15.0)
+        client.send("restart")
+        client.read_until(lambda c: c.seen.time == 0.0)
+        client.read_until(lambda c: c.seen.numbers["momentum.x"] < -15.0)
+        client.close()
+
+
 def test_a_motion_is_recorded_to_a_stage(folder: Path) -> None:
     """Stages are numbered, hold what was seen, and end with the recording or the run."""
     with served(LiveSession(live_scene("drop-block"), folder)) as server:

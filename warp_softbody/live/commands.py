@@ -7,6 +7,7 @@ A command is `{"do": NAME, ...}`:
     control   value    "qpcc", "static" or "none"
     friction  value    Coulomb's coefficient of the ground, 0 to 10
     gravity   value    m/s^2, 0 to 100
+    steer     forward, aside, turning   shares, -1 to 1, of what the feet can do
     push      share    of the weight, 0 to 2;  degrees  about the ground's normal, from its x axis
     grab      point    row of the shown points;  to  (x, y, z) m
     drag      to       (x, y, z) m
@@ -57,6 +58,7 @@ FIELDS: Mapping[str, Mapping[str, Check]] = {
     "control": {"value": _method},
     "friction": {"value": _number(0.0, 10.0)},
     "gravity": {"value": _number(0.0, 100.0, "m/s^2")},
+    "steer": {name: _number(-1.0, 1.0) for name in ("forward", "aside", "turning")},
     "push": {"share": _number(0.0, 2.0), "degrees": _number(-360.0, 360.0)},
     "grab": {"point": lambda label, value: checks.whole(label, value), "to": _place},
     "drag": {"to": _place},

@@ -47,6 +47,8 @@ class LiveScene:
         methods: that there are.
         gravity: its size, m/s^2.
         friction: of the ground; None without one.
+        steers: whether the controller can be steered.
+        steering: shares forward, aside and turning as they were set last; None before.
     """
 
     def __init__(self, make: Callable[[], LivePlan], fps: float) -> None:
@@ -62,11 +64,22 @@ class LiveScene:
         self.method = control.method if muscular and control is not None else NO_CONTROL
         self.gravity = float(np.linalg.norm(scene.gravity))
         self.friction = None if scene.ground is None else float(scene.ground.friction)
+        self.steers = hasattr(self.plan.controller, "steer_by")
+        self.steering: tuple[float, float, float] | None = None
 
     def begun(self) -> Simulation:
         """A simulation from the start pose, as things are set now."""
         self.plan = self._make()
+        if self.steering is not None:
+            self.steer(*self.steering)
         return self._simulation(None)
+
+    def steer(self, forward: float, aside: float, turning: float) -> None:
+        """Let the controller go on like this, where it can be steered."""
+        controller: Any = self.plan.controller
+        if self.steers:
+            controller.steer_by(forward=forward, aside=aside, turning=turning)
+            self.steering = (forward, aside, turning)
 
     def continued(self, simulation: Simulation) -> Simulation:
         """The same motion under what is set now."""

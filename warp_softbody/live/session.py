@@ -5,6 +5,7 @@ The status that pages are told is a JSON object:
     viewer     the name that the page's commands bear
     role       "driver" or "watcher"
     running, speed, control, gravity, friction   as they are set; friction null without a ground
+    steering   shares forward, aside and turning; null where the controller cannot be steered
     controls   that there are
     weight     N, of the character at the start
     recording  whether a stage is being written;  file  its name, or what became of it
@@ -115,6 +116,7 @@ class LiveSession:
                 "controls": list(scene.methods),
                 "gravity": scene.gravity,
                 "friction": scene.friction,
+                "steering": (scene.steering or (0.0, 0.0, 0.0)) if scene.steers else None,
                 "weight": self.view.measures.weight,
                 "recording": self._recording is not None,
                 "file": self._file,
@@ -206,6 +208,9 @@ class LiveSession:
     def _do_friction(self, value: float) -> None:
         if self._scene.friction is not None:
             self._scene.friction = value
+
+    def _do_steer(self, forward: float, aside: float, turning: float) -> None:
+        self._scene.steer(forward, aside, turning)
 
     def _do_push(self, share: float, degrees: float) -> None:
         weight = self.view.measures.weight or 0.0

@@ -25,8 +25,8 @@ COMPOSED = ("combined", "sequence")
 ENDS = ("seconds", "distance")
 """Keys of a motion in a sequence, by which it is over."""
 
-PARTS = {"legs": "Leg", "path": "Sway"}
-"""Arguments that are records of their own."""
+PARTS = {"legs": "Leg", "path": "Sway", "steering": "Steering"}
+"""Arguments that are records of their own, or several of these."""
 
 
 def _class_of(kind: str) -> type[Any]:
@@ -111,7 +111,10 @@ def _argument(make: Any, name: str, table: Table) -> Any:
     if name in PARTS:
         part = getattr(controllers, PARTS[name])
         if table.is_table(name):
-            return record_of(part, table.table(name))
+            own = table.table(name)
+            if name == "steering" and "points" in own:
+                part = controllers.Trail
+            return record_of(part, own)
         return tuple(record_of(part, each) for each in table.tables(name))
     return table.take(name)
 
@@ -173,6 +176,8 @@ def _changed(given: Mapping[str, Any], known: Mapping[str, inspect.Parameter]) -
 
 
 def _plain(value: Any) -> Any:
+    if callable(value):
+        raise InputError("a controller that is steered by a function cannot be written to a file")
     if isinstance(value, tuple) and value and hasattr(value[0], "__dataclass_fields__"):
         return [table_of(each) for each in value]
     return table_of(value) if hasattr(value, "__dataclass_fields__") else value

@@ -23,6 +23,7 @@ _HOMES = {
     "crawl-i-inchworm": ("crawl_i", "CRAWL_I_INCHWORM"),
     "walk-x": ("walk_x", "WALK_X"),
     "walk-x-fast": ("walk_x", "WALK_X_FAST"),
+    "walk-x-eight": ("walk_x", "WALK_X_EIGHT"),
     "exercise-h": ("exercise_h", "RECIPE"),
     "slide-f": ("slide_f", "SLIDE_F"),
     "slide-f-left": ("slide_f", "SLIDE_F_LEFT"),

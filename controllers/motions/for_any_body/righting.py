@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
+from warp_softbody.controllers.motions.body_measures import moments_of_inertia
 from warp_softbody.world.view import BodyView
 
 
-def righting(view: BodyView, turn: float, spin: float) -> FloatArray:
+def righting(
+    view: BodyView, turn: float, spin: float, *, yaw: float = 0.0, turning: float = 0.0
+) -> FloatArray:
     """Rate of angular momentum (3,) N m by which the body comes back to its rest orientation.
 
     ``sum m a x r`` of the arms a at rest and r now is, of a body that has turned by a small vector,
@@ -18,11 +23,19 @@ def righting(view: BodyView, turn: float, spin: float) -> FloatArray:
         view: of this step.
         turn: 1/s^2, of what it has turned.
         spin: 1/s, decay of the angular momentum that it has.
+        yaw: rad, about the vertical, by which it is to be turned from the rest orientation.
+        turning: rad/s, at which it is to turn.
     """
     rest = view.scene.character.mesh.points
     masses, positions = view.masses[: len(rest)], view.positions[: len(rest)]
     arms = rest - masses @ rest / view.mass
+    if yaw:
+        c, s = math.cos(yaw), math.sin(yaw)
+        arms = arms @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     moments = (masses[:, None] * arms).T @ (positions - view.center_of_mass)
     across = moments - moments.T
     turned = np.array([across[1, 2], across[2, 0], across[0, 1]])
-    return np.asarray(-turn * turned - spin * view.angular_momentum)
+    rate = -turn * turned - spin * view.angular_momentum
+    if turning:
+        rate[2] += spin * turning * moments_of_inertia(view)[2]
+    return np.asarray(rate)

@@ -24,8 +24,12 @@ from warp_softbody.controllers.controller import Goals, seen
 from warp_softbody.controllers.motions.for_any_body.righting import righting
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.support import drawn_together, hull, nearest_in
+from warp_softbody.controllers.motions.guidance import Feet, Guidance
+from warp_softbody.controllers.motions.moving_frame import MovingFrame, Rates
+from warp_softbody.controllers.motions.steering import Guide, Steering, SteeringShares
 from warp_softbody.controllers.motions.tracking import following
 from warp_softbody.controllers.motions.trajectories import smooth_step
+from warp_softbody.controllers.motions.walk_course import TurnTaking
 from warp_softbody.controllers.motions.walking_feet import upward_only
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.controllers.patches import Patch, patches_of
@@ -70,10 +74,13 @@ class Stepping:
         turns: tuple[tuple[int, ...], ...],
         heading: float = 0.0,
         start: float = 1.0,
+        steering: Guide | None = None,
+        most_stride: float = 0.0,
     ) -> None:
         """Move the feet of each entry of ``turns``, from ``start`` sqrt(L/g) on.
 
-        ``feet`` are nodes of the skin, ``heading`` is in rad from x towards y.
+        ``feet`` are nodes of the skin, ``heading`` is in rad from x towards y, ``most_stride`` is
+        what may be asked for, in L, where it is more than the stride of the gains.
         """
         self._gains = gains
         self._feet = feet
@@ -81,11 +88,18 @@ class Stepping:
         self._turn_of = [
             next(i for i, turn in enumerate(turns) if k in turn) for k in range(len(feet))
         ]
-        self._ahead = np.array([math.cos(heading), math.sin(heading), 0.0])
+        self._heading = heading
         self._start = start
+        self._guide = steering
+        self._most_stride = most_stride
         self._units: BodyUnits | None = None
+        self._guidance: Guidance | None = None
+        self._taking = TurnTaking(turns)
         self._home = np.zeros((len(feet), 3))
-        self._origin = np.zeros(3)
+        self._frame = MovingFrame(np.zeros(2))
+        self._asked = self._hastening = Rates()
+        self._height = 0.0
+        self._moving: tuple[int, ...] = ()
         self._number = -1
         self._left = self._home
         self._shift = self._next = np.zeros(3)
@@ -97,6 +111,27 @@ class Stepping:
         """Whether no foot is off the ground."""
         return not self._swings
 
+    def steer(
+        self, forward: float | None = None, *, aside: float = 0.0, turning: float = 0.0
+    ) -> None:
+        """Go on like this from the next step on.
+
+        Args:
+            forward: m/s, along the heading; None is the speed for which the gains are made.
+            aside: m/s, to the left of that.
+            turning: rad/s about the vertical, to the left.
+        """
+        self._follow_guide(Steering(forward=forward, aside=aside, turning=turning))
+
+    def steer_by(self, *, forward: float = 0.0, aside: float = 0.0, turning: float = 0.0) -> None:
+        """Go on like this from the next step on: shares, -1 to 1, of what the feet can do."""
+        self._follow_guide(SteeringShares(forward=forward, aside=aside, turning=turning))
+
+    def _follow_guide(self, guide: Guide) -> None:
+        self._guide = guide
+        if self._guidance is not None:
+            self._guidance.follow(guide)
+
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
@@ -104,9 +139,12 @@ class Stepping:
         if self._units is None:
             self._begin(view, feet)
         now = self._time(view.time)
+        assert self._guidance is not None
+        if now.number >= 0:
+            self._asked = self._guidance.rates(view, self._frame)
         if now.number != self._number:
             self._enter(view, feet, now.number)
-        moving = self._moving(now.number)
+        moving = self._moving
         self._follow(view, feet, moving, now)
         swung = moving if now.swing >= 0.0 else ()
         self._swings = self._gains.lift > 0.0 and bool(swung)
@@ -115,7 +153,7 @@ class Stepping:
             if foot in swung:
                 wanted.append(self._swung(view, feet, foot, now))
             elif self._gains.lift > 0.0:
-                place = self._origin + self._home[foot]
+                place = self._stands(self._frame, foot)
                 wanted.append(upward_only(self._foot(view, feet, foot, place, np.zeros(3))))
         return Goals(
             objectives=tuple(wanted),
@@ -127,9 +165,22 @@ class Stepping:
         self._units = BodyUnits.of(view)
         self._gains = in_si(self._gains, self._units)
         self._start *= self._units.time
-        self._origin = view.center_of_mass.copy()
-        self._home = feet.places - self._origin
+        self._height = float(view.center_of_mass[2])
+        self._home = feet.places - view.center_of_mass
         self._left = feet.places
+        g, length = self._gains, self._units.length
+        own = Feet(
+            length=length,
+            reach=max(float(np.hypot(*self._home[:, :2].T).max()), LEAST_HEIGHT * length),
+            cycle=len(self._turns) * g.step,
+            stride=g.stride,
+            most_stride=self._most_stride * length,
+        )
+        self._guidance = Guidance(self._guide, own, self._heading)
+        self._hastening = own.hastening
+        # a body that goes straight on is at its speed at once
+        rates = Rates(own.usual) if self._guide is None else Rates()
+        self._frame = MovingFrame(view.center_of_mass[:2].copy(), 0.0, rates)
 
     def _time(self, time: float) -> _Now:
         g = self._gains
@@ -139,73 +190,81 @@ class Stepping:
         number = math.floor(since)
         return _Now(number, since - number, (since - number - g.stand) / (1.0 - g.stand))
 
-    def _moving(self, number: int) -> tuple[int, ...]:
-        return self._turns[number % len(self._turns)] if number >= 0 else ()
-
     def _enter(self, view: BodyView, feet: _Feet, number: int) -> None:
         """Note where feet are when a step begins, and where the centre of mass is to be in it."""
         self._number, self._left, self._shift = number, feet.places, self._next
         self._next = np.zeros(3)
-        moving = self._moving(number)
-        standing = [own for foot, own in enumerate(self._feet) if foot not in moving]
-        if self._gains.lift > 0.0 and standing:
+        still = not any(self._asked) and not any(self._frame.rates)
+        self._moving = self._taking.turn(number, standing=still) if number >= 0 else ()
+        standing = [own for foot, own in enumerate(self._feet) if foot not in self._moving]
+        if self._gains.lift > 0.0 and standing and self._moving:
             corners = hull(view.positions[np.concatenate(standing), :2])
             area = drawn_together(corners, self._gains.margin)
-            self._next[:2] = nearest_in(area, self._origin[:2]) - self._origin[:2]
+            self._next[:2] = nearest_in(area, self._frame.place) - self._frame.place
 
-    def _offset(self, foot: int, number: int) -> float:
-        """How far ahead of its place, m, a foot is when a step begins."""
+    def _placed(self, foot: int, now: _Now) -> MovingFrame:
+        """The frame for which a foot that stands was set down."""
         count = len(self._turns)
-        ago = (number - 1 - self._turn_of[foot]) % count
-        return self._gains.stride * ((count - 1) / 2.0 - ago) / count
+        ago = (now.number - 1 - self._turn_of[foot]) % count
+        steps = (count - 1) / 2.0 - ago - now.share
+        return self._frame.on(steps * self._gains.step, self._heading)
 
-    def _advance(self) -> FloatArray:
-        """Way (3,) m of the frame in one step."""
-        return np.asarray(self._gains.stride / len(self._turns) * self._ahead)
+    def _stands(self, frame: MovingFrame, foot: int) -> FloatArray:
+        """Where (3,) m a foot is that stands in its place in a frame."""
+        home = self._home[foot]
+        return np.array([*frame.at(home[:2]), self._height + home[2]])
+
+    def _velocity(self) -> FloatArray:
+        """Of the frame, (3,) m/s."""
+        return np.array([*self._frame.velocity(self._heading), 0.0])
 
     def _follow(self, view: BodyView, feet: _Feet, moving: tuple[int, ...], now: _Now) -> None:
         """Let the frame go on, and after the feet that stand."""
-        g, dt = self._gains, view.time_step
+        g, dt, frame = self._gains, view.time_step, self._frame
         if now.number < 0:
             return
         stands = [foot for foot in range(len(self._feet)) if foot not in moving]
         stands = stands or list(range(len(self._feet)))
-        ahead = np.array([self._offset(foot, now.number) for foot in stands])
-        places = feet.places[stands] - self._home[stands] - ahead[:, None] * self._ahead
-        place = places.mean(axis=0) + now.share * self._advance()
-        rate = self._advance() / g.step + g.settle * (place - self._origin)
-        self._origin[:2] += dt * rate[:2]
-        speed = (view.linear_momentum / view.mass - self._advance() / g.step)[:2]
+        wanted = [self._stands(self._placed(foot, now), foot) for foot in stands]
+        slipped = (feet.places[stands] - np.array(wanted)).mean(axis=0)
+        speed = (view.linear_momentum / view.mass - self._velocity())[:2]
         self._drift += min(1.0, dt / (DRIFT_TIME * g.step)) * (speed - self._drift)
+        soon = frame.steered(dt, self._asked, self._hastening, self._heading)
+        self._frame = soon._replace(place=soon.place + dt * g.settle * slipped[:2])
 
     def _body(self, view: BodyView, now: _Now) -> list[Objective]:
         """The centre of mass goes on and sways to where the other feet bear it; no turning."""
         g, dt = self._gains, view.time_step
         step, rate, _ = smooth_step(now.share / g.stand if g.stand > 0.0 else 1.0)
         sway = self._next - self._shift
-        goal = self._origin + self._shift + step * sway
-        speed = self._advance() / g.step if now.number >= 0 else np.zeros(3)
+        goal = np.array([*self._frame.place, self._height]) + self._shift + step * sway
+        speed = self._velocity() if now.number >= 0 else np.zeros(3)
         if g.stand > 0.0:
             speed = speed + rate / (g.stand * g.step) * sway
         path = goal + dt * np.outer([-1.0, 0.0, 1.0], speed)
         linear = following(view, path, g.position, g.velocity)
         return [
             objectives.linear_momentum(view, linear, g.momentum_weight),
-            objectives.angular_momentum(view, righting(view, g.turn, g.spin), g.spin_weight),
+            objectives.angular_momentum(view, self._righting(view), g.spin_weight),
         ]
+
+    def _righting(self, view: BodyView) -> FloatArray:
+        g, frame = self._gains, self._frame
+        return righting(view, g.turn, g.spin, yaw=frame.yaw, turning=frame.rates.turning)
 
     def _swung(self, view: BodyView, feet: _Feet, foot: int, now: _Now) -> Objective:
         """A foot goes from where it was left to half a stride ahead of its place."""
         g = self._gains
         lasts = g.step * (1.0 - g.stand)
         begin = self._left[foot]
-        end = self._origin + self._home[foot] + (1.0 - now.share) * self._advance()
-        end += self._offset(foot, now.number + 1) * self._ahead
+        # it is in its place when half of the time is over that it stands
+        steps = (1.0 - now.share) + 0.5 * (len(self._turns) - 1)
+        end = self._stands(self._frame.on(steps * g.step, self._heading), foot)
         end[:2] += self._caught(view)
         step, rate, _ = smooth_step(now.swing)
         place, speed = begin + step * (end - begin), rate * (end - begin) / lasts
         up, climb, _ = smooth_step(min(2.0 * now.swing, 2.0 - 2.0 * now.swing))
-        place[2] = self._home[foot][2] + self._origin[2] + g.lift * up
+        place[2] = self._home[foot, 2] + self._height + g.lift * up
         speed[2] = g.lift * climb * (2.0 if now.swing < 0.5 else -2.0) / lasts
         return self._foot(view, feet, foot, place, speed)
 

@@ -21,6 +21,7 @@ from warp_softbody.controllers.motions.for_any_body.step_gains import (
     StepGains,
 )
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
+from warp_softbody.controllers.motions.steering import Guide, checked_guide
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.world.scene import STANDARD_GRAVITY
@@ -115,21 +116,36 @@ def stepping(
     heading: float,
     speed: float | None,
     gains: StepGains | None,
+    steering: Guide | None,
 ) -> Stepping:
-    """The controller that goes a way along a heading, rad, at a speed, m/s.
+    """The controller that goes a way along a heading, rad, at a speed, m/s, or as it is steered.
 
     Raises:
         InputError: the speed takes longer strides than `MOST_STRIDE` times those of the gains.
     """
     heading = checks.number(f"heading of {motion}", heading, unit="rad")
     gains = way.gains if gains is None else checks.instance(f"gains of {motion}", gains, StepGains)
+    if steering is not None:
+        steering = checked_guide(f"steering of {motion}", steering)
+        if speed is not None:
+            raise InputError(
+                f"{motion} takes a speed or a steering, not both; the steering has the speed in it"
+            )
+    most_stride = MOST_STRIDE * gains.stride
     if speed is not None:
         length = float(np.ptp(character.mesh.bounds, axis=0).max())
         cycle = len(way.turns) * gains.step * float(np.sqrt(length / STANDARD_GRAVITY))
-        most = MOST_STRIDE * gains.stride * length / cycle
+        most = most_stride * length / cycle
         speed = checks.number(f"speed of {motion}", speed, low=0.0, high=most, unit="m/s")
         gains = replace(gains, stride=speed * cycle / length)
-    return Stepping(gains, feet=way.feet, turns=way.turns, heading=heading)
+    return Stepping(
+        gains,
+        feet=way.feet,
+        turns=way.turns,
+        heading=heading,
+        steering=steering,
+        most_stride=most_stride,
+    )
 
 
 def lies(character: Character) -> bool:

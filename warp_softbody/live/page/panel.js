@@ -15,6 +15,7 @@ export class Panel {
     this.running = status.running;
     this.sections = [this.runSection()];
     if (status.controls.length > 1) this.sections.push(this.controlSection(status));
+    if (status.steering !== null) this.sections.push(this.steerSection(status));
     this.sections.push(this.worldSection(status), this.pushSection(status));
     this.show(status);
   }
@@ -42,6 +43,27 @@ export class Panel {
     });
     this.control = choice(options, (value) => this.send({ do: "control", value }));
     return section("Controller", [this.control.row]);
+  }
+
+  steerSection(status) {
+    const show = (share) => `${Math.round(100 * share)} %`;
+    const steer = () => this.steer();
+    const one = (name, i) => slider({
+      name, low: -1, high: 1, step: 0.05, value: status.steering[i], show, onset: steer,
+    });
+    this.ways = ["Forward", "To the left", "Turn left"].map(one);
+    const stop = button("Stand", "All three to nothing", () => {
+      for (const way of this.ways) way.set(0);
+      this.steer();
+    });
+    const hint = element("p", "hint", ["Shares of what the feet can do."]);
+    const rows = this.ways.map((way) => way.row);
+    return section("Steer", [...rows, element("div", "buttons", [stop]), hint]);
+  }
+
+  steer() {
+    const [forward, aside, turning] = this.ways.map((way) => Number(way.range.value));
+    this.send({ do: "steer", forward, aside, turning });
   }
 
   worldSection(status) {
@@ -106,6 +128,7 @@ export class Panel {
     this.control?.set(status.control);
     this.gravity.set(status.gravity);
     this.friction?.set(status.friction);
+    this.ways?.forEach((way, i) => way.set(status.steering[i]));
     this.record.textContent = this.recording ? "Stop recording" : "Record";
     this.record.setAttribute("aria-pressed", String(this.recording));
     this.file.textContent = status.file ?? "";
