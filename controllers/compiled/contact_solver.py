@@ -215,7 +215,7 @@ def _is_warm(
     directions: int,
 ) -> bool:
     """Whether the native code knows such solves: from known modes, and by no clock."""
-    if options.time_limit != math.inf or len(others) > MOST_OTHERS:
+    if options.time_limit != math.inf or options.bound or len(others) > MOST_OTHERS:
         return False
     if start is None and options.starts:
         return False
@@ -321,16 +321,18 @@ class _Room:
             status = QPCCStatus.INACCURATE
         controls, slopes = numbers["controls"].copy(), numbers["weighed_contacts"]
         qps, found_next = findings[SearchFinding.QPS], findings[SearchFinding.NEXT]
+        modes = tuple(self.counts["visit_modes"][findings[SearchFinding.BEST]].tolist())
         return unchecked(
             QPCCResult,
             x=np.concatenate([controls, numbers["shares"].reshape(-1)]),
             controls=controls,
             forces=numbers["impulses"].copy(),
             velocities=numbers["speeds"].copy(),
-            modes=tuple(self.counts["visit_modes"][findings[SearchFinding.BEST]].tolist()),
+            modes=modes,
             others=tuple(map(tuple, self.counts["next_modes"][:found_next].tolist())),
             objective=objective,
-            lower_bound=-math.inf,
+            # without contacts this is one convex QP
+            lower_bound=-math.inf if modes or not stationary else objective,
             complementarity=off,
             feasibility=feasibility,
             stationarity=stationarity,

@@ -51,6 +51,8 @@ class SolverOptions:
         reach: contact form: how far above the best value, relative to it, the first QP of a kick
             may end; beyond that the kick is given up, often before the QP is solved.
         kick_held: whether kicks are tried where the best minimum has the modes of the start.
+        bound: contact form: whether a solve with a start gives a lower bound too, by one more QP in
+            general form; others do anyway.
         starts: penalty runs from other points after the first one, where no start is given.
         time_limit: s; checked between QPs, so that one QP may run over.
         tolerance: largest scaled complementarity residual of a consistent point.
@@ -62,6 +64,7 @@ class SolverOptions:
     patience: int = 3
     reach: float = math.inf
     kick_held: bool = True
+    bound: bool = False
     starts: int = 0
     time_limit: float = math.inf
     tolerance: float = 1e-8
@@ -78,6 +81,7 @@ class SolverOptions:
             label, value = f"SolverOptions.{name}", getattr(self, name)
             checks.keep(self, **{name: checks.number(label, value, above=0.0, infinite=True)})
         checks.truth("SolverOptions.kick_held", self.kick_held)
+        checks.truth("SolverOptions.bound", self.bound)
 
 
 WARM_OPTIONS = SolverOptions(patience=1, reach=1.0)

@@ -66,9 +66,7 @@ def cold_minima(
         return ColdStart(minima)
     found = {minimum.minimiser.modes: minimum for minimum in minima}
     size = _size(search)
-    full = to_general(search.scaled.problem, size)
-    solver = CertifiedSolver(thorough=False)
-    general = ScaledQPCC(full, solver, scales=full.with_own_units())
+    general = _general(search, size)
     start = ColdStart([])
     _relax(search, general, start)
     if not start.infeasible:
@@ -76,6 +74,23 @@ def cold_minima(
             _descend(search, _nearest(search, controls, force), found)
     start.minima = list(found.values())
     return start
+
+
+def relaxation_bound(search: ContactSearch) -> float:
+    """What no consistent point falls short of, by one QP without complementarity.
+
+    It is not asked for without contacts, where the problem is a convex QP.
+    """
+    general, start = _general(search, _size(search)), ColdStart([])
+    _relax(search, general, start)
+    search.scaled.qp_count += general.qp_count
+    return start.bound
+
+
+def _general(search: ContactSearch, size: FloatArray) -> ScaledQPCC:
+    """The problem in general form, in units of its own."""
+    full = to_general(search.scaled.problem, size)
+    return ScaledQPCC(full, CertifiedSolver(thorough=False), scales=full.with_own_units())
 
 
 def _relax(search: ContactSearch, general: ScaledQPCC, start: ColdStart) -> None:

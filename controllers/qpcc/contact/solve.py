@@ -10,7 +10,7 @@ import numpy as np
 
 from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.controllers.qp.daqp import DAQPSolver
-from warp_softbody.controllers.qpcc.contact.cold_start import cold_minima
+from warp_softbody.controllers.qpcc.contact.cold_start import cold_minima, relaxation_bound
 from warp_softbody.controllers.qpcc.contact.complementarity_form import full_point, scaled_residual
 from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
 from warp_softbody.controllers.qpcc.contact.kkt_residual import kkt_residual
@@ -64,6 +64,11 @@ def solve_contact(
     held = start is not None and best.minimiser.modes == tuple(start)
     if options.kick_held or not held:
         best = search.perturb(minima)
+    if not problem.contact_count:
+        # one convex QP: its minimum is its own bound
+        bound = np.inf if best.strongly_stationary else bound
+    elif options.bound and bound == -np.inf:
+        bound = relaxation_bound(search)
     return _finish(search, best.minimiser, _status(best), bound, _next_best(minima, best))
 
 

@@ -14,7 +14,7 @@ from warp_softbody.controllers import ContactQPCC, QPCCStatus, SolverOptions
 from warp_softbody.controllers.qp.daqp import DAQPSolver
 from warp_softbody.controllers.qpcc.contact.mode_qp import ScaledContactQPCC
 from warp_softbody.controllers.qpcc.next_minima import OTHERS
-from warp_softbody.controllers.qpcc.solve import solve_qpcc, solve_static
+from warp_softbody.controllers.qpcc.solve import enumerate_qpcc, solve_qpcc, solve_static
 from warp_softbody.errors import InputError
 
 MODES = 18
@@ -160,3 +160,34 @@ def test_friction_beyond_all_others_is_solved_like_very_high_friction(friction: 
             sticking = solve_static(beyond)
             assert sticking.status is QPCCStatus.STATIC
             np.testing.assert_allclose(sticking.velocities, 0.0, atol=1e-9)
+
+
+def test_a_warm_solve_that_is_asked_gives_a_bound_that_no_point_falls_short_of() -> None:
+    asked = SolverOptions(patience=1, reach=1.0, bound=True)
+    for seed in range(6):
+        problem = soft_body(seed, contacts=2, controls=8)
+        start = starts(seed, 2, 1)[0]
+        found = solve_qpcc(problem, start=start, options=asked)
+        plain = solve_qpcc(problem, start=start, options=replace(asked, bound=False))
+        assert plain.lower_bound == -np.inf and plain.gap == np.inf
+        assert found.modes == plain.modes and found.objective == plain.objective
+        assert found.qp_count == plain.qp_count + 1
+        least = enumerate_qpcc(problem).objective
+        assert -np.inf < found.lower_bound <= least + 1e-9 * (1.0 + abs(least))
+        assert 0.0 <= found.gap < np.inf
+
+
+def test_without_contacts_the_minimum_is_its_own_bound() -> None:
+    problem = soft_body(0, contacts=1, controls=8)
+    free = ContactQPCC(
+        hessian=problem.hessian[:8, :8],
+        gradient=problem.gradient[:8],
+        lower=problem.lower,
+        upper=problem.upper,
+        velocity_offset=np.zeros(0),
+        velocity_from_controls=np.zeros((0, 8)),
+        velocity_from_forces=np.zeros((0, 0)),
+        friction=np.zeros(0),
+    )
+    found = solve_qpcc(free, start=())
+    assert found.lower_bound == found.objective and found.gap == 0.0
