@@ -2,24 +2,29 @@
 
     python -m benchmarks.batches                            # 16 letters, passive and controlled
     python -m benchmarks.batches --members 1000 --rows passive
+    python -m benchmarks.batches --members 16 100 1000 --write docs/performance.md
 
 A single run and the batch take a few steps each in turn, so that a change of the machine's speed
 hits both. Times are CPU times of the process a step and character, medians over the turns; the
 first step of a turn of the single run is not counted, so that it finds its arrays in the caches as
-it does alone. Set-up and memory are those of a further member, its graphs included.
+it does alone. Set-up and memory are those of a further member, its graphs included. Controlled
+letters are `balance-i`, pushed within the steps that are timed.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.beam.arguments import count, progress
+from benchmarks.marked_page import put, rows
 from benchmarks.tables import as_text
 from warp_softbody import scenes
 from warp_softbody.body.character import Character
@@ -34,6 +39,10 @@ from warp_softbody.world.scene import Scene
 ROWS = ("passive", "controlled")
 OPTIONS = SimulationOptions(time_step=1.0 / 60.0, precision="float32", sleep=False)
 CONTROLLED = "balance-i"
+MOST_CONTROLLED = 100
+"""Members of a controlled row; more are left out, as they take minutes to build."""
+BEGIN = "<!-- many characters: written by python -m benchmarks.batches, from here -->"
+END = "<!-- many characters: to here -->"
 TURN = 6
 """Steps of either side before the other has its turn."""
 CAPTURING = 4
@@ -109,6 +118,12 @@ def timed(row: str, members: int, steps: int, threads: int) -> BatchTiming:
     )
 
 
+def _apart(row: str, members: int, steps: int, threads: int) -> BatchTiming:
+    """`timed` in a process of its own, so that no earlier row's memory is used again."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as process:
+        return process.submit(timed, row, members, steps, threads).result()
+
+
 def _cpu(step: Callable[[], None]) -> float:
     begun = time.process_time()
     step()
@@ -132,17 +147,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=list(ROWS))
-    parser.add_argument("--members", type=count, default=16)
+    parser.add_argument("--members", nargs="+", type=count, default=[16])
     parser.add_argument("--steps", type=count, default=60)
     parser.add_argument("--threads", type=count, default=1)
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table into a page")
     args = parser.parse_args(arguments)
     titles = ["row", "members", "single ms", "batch ms", "ratio", "set-up ms", "memory MB"]
-    rows = []
+    lines = []
     for row in args.rows:
-        found = timed(row, args.members, args.steps, args.threads)
-        numbers = (found.single, found.batch, found.ratio, found.setup, found.memory)
-        rows.append([row, args.members, *(f"{number:.2f}" for number in numbers)])
-    print(as_text(titles, rows, left="row"))
+        for members in args.members:
+            if row == "controlled" and members > MOST_CONTROLLED:
+                continue
+            found = _apart(row, members, args.steps, args.threads)
+            numbers = (found.single, found.batch, found.ratio, found.setup, found.memory)
+            lines.append([row, str(members), *(f"{number:.2f}" for number in numbers)])
+    print(as_text(titles, lines, left="row"))
+    if args.write is not None:
+        put(args.write, BEGIN, END, rows([titles, *lines]))
 
 
 if __name__ == "__main__":
