@@ -9,8 +9,9 @@ import pytest
 
 from tests.support.bodies import muscular_bar
 from warp_softbody import Body, Plane, Scene, Simulation, placed, scenes
-from warp_softbody.controllers import Balance, Goals, Jump, objectives
+from warp_softbody.controllers import Balance, Goals, Jump, Motion, Sequence, objectives
 from warp_softbody.errors import InputError
+from warp_softbody.scenes.balance_i import GAINS
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.view import BodyView
 
@@ -58,6 +59,13 @@ def bars() -> Simulation:
     return Simulation(scene, Sway(10.0), others={"upper": Sway(-5.0)}, time_step=0.01)
 
 
+def in_sequence() -> Simulation:
+    """A letter that goes over from some gains to others."""
+    plan = scenes.make("balance-i", {"coarse": 1})
+    motions = Sequence([Motion(controller=Balance(GAINS), seconds=0.3), Balance()])
+    return Simulation(plan.scene, motions, time_step=plan.time_step)
+
+
 def after(simulation: Simulation, steps: int) -> list[Frame]:
     found = []
     for _ in range(steps):
@@ -73,8 +81,9 @@ def after(simulation: Simulation, steps: int) -> list[Frame]:
         (shipped("walk-x", coarse=1), 40),
         (shipped("jump-i-in-place", coarse=1), 30),
         (bars, 7),
+        (in_sequence, 22),
     ],
-    ids=["balance", "walk", "jump", "two bodies"],
+    ids=["balance", "walk", "jump", "two bodies", "sequence"],
 )
 def test_goes_on_to_the_last_bit(make: Make, steps: int) -> None:
     """In the same simulation, which has gone on meanwhile, and in one that has just begun."""
