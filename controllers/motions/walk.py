@@ -14,6 +14,7 @@ from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, dimension, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.body_measures import angle_turned
+from warp_softbody.controllers.motions.footing import FootingOnTerrain, Stance
 from warp_softbody.controllers.motions.for_any_body.righting import righting
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
@@ -120,7 +121,7 @@ class WalkGains:
 
 @remembered
 class Walk:
-    """Walks on level ground where it is steered, and straight on where it is not."""
+    """Walks where it is steered, straight on where it is not, up and down what the ground does."""
 
     required_regions = ("base",)
     """Regions that `for_` needs of a character, beside feet or quadrants of the base."""
@@ -160,6 +161,7 @@ class Walk:
         self._course: Course | None = None
         self._home = self._left = np.zeros((len(feet), 3))
         self._height = 0.0
+        self._terrain: FootingOnTerrain | None = None
         self._yaw = 0.0
         self._phase = -1
         self._lands = True
@@ -230,7 +232,7 @@ class Walk:
         wanted = [*self._body(view, self._course)]
         for foot in range(len(self._feet)):
             swings = foot in swung
-            path = self._path(self._course, foot, share) if swings else self._hold(foot)
+            path = self._path(self._course, feet, foot, share) if swings else self._hold(feet, foot)
             own = self._foot(view, feet, foot, *path)
             wanted.append(own if swings else upward_only(own))
         landing = share > 1.0 - self._gains.touch_down
@@ -250,6 +252,7 @@ class Walk:
         self._missing = MissingRate(g.learning)
         self._home = feet.lowest - view.center_of_mass
         self._height = float(view.center_of_mass[2])
+        self._terrain = FootingOnTerrain.of(view, feet.lowest)
         self._yaw = angle_turned(view, 0, 1)
         own = Feet(
             length=units.length,
@@ -300,7 +303,18 @@ class Walk:
             before = after = course.swung
         away, soon = self._away(before), self._away(after)
         place = frame.at(away + smooth_step(share)[0] * (soon - away))
-        return np.array([*place, self._height])
+        # without the sway, which goes to and fro
+        height = self._height if self._terrain is None else self._stance(frame).height
+        return np.array([*place, height])
+
+    def _stance(self, frame: MovingFrame) -> Stance:
+        """How the body stands on ground that is not level, in the middle of a frame."""
+        assert self._terrain is not None
+        forward = np.array([math.cos(self._heading), math.sin(self._heading)])
+        middle, ahead = frame.at(np.zeros(2)), frame.at(self._gains.stride * forward)
+        home = self._home.copy()
+        home[:, :2] = [frame.at(place) - middle for place in self._home[:, :2]]
+        return self._terrain.stance(middle, home, ahead - middle)
 
     def _away(self, swung: tuple[int, ...]) -> FloatArray:
         """Where in the frame (2,) m the centre of mass is wanted when some feet begin to swing."""
@@ -315,15 +329,22 @@ class Walk:
         far = math.hypot(*behind.tolist())
         return np.asarray(behind * max(0.0, 1.0 - self._gains.leash / max(far, 1e-9)))
 
-    def _path(self, course: Course, foot: int, share: float) -> tuple[FloatArray, FloatArray]:
+    def _path(
+        self, course: Course, feet: FeetNow, foot: int, share: float
+    ) -> tuple[FloatArray, FloatArray]:
         """Place, m, and velocity, m/s, of a swung foot: mean x and y, z of its lowest node."""
-        g, begin, end = self._gains, self._left[foot], self._hold(foot)[0]
-        end[:2] = course.when_down((1.0 - share) * g.swing).at(self._home[foot, :2])
+        g, begin, end = self._gains, self._left[foot], self._hold(feet, foot)[0]
+        frame, lift = course.when_down((1.0 - share) * g.swing), g.lift
+        end[:2] = frame.at(self._home[foot, :2])
+        if self._terrain is not None:
+            end[:2] = frame.at(np.zeros(2)) + self._stance(frame).home[foot, :2]
+            end[2] = self._terrain.foothold(foot, end)
+            lift += self._terrain.hump(begin, end)
         step, rate, _ = smooth_step(share)
         place, speed = begin + step * (end - begin), rate * (end - begin)
         up, climb, _ = smooth_step(min(2.0 * share, 2.0 - 2.0 * share))
-        place[2] += g.lift * up
-        speed[2] += g.lift * climb * (2.0 if share < 0.5 else -2.0)
+        place[2] += lift * up
+        speed[2] += lift * climb * (2.0 if share < 0.5 else -2.0)
         return place, speed / g.swing
 
     def _foot(
@@ -337,9 +358,12 @@ class Walk:
         stays = ("foot", self._feet[foot])
         return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit, stays=stays)
 
-    def _hold(self, foot: int) -> tuple[FloatArray, FloatArray]:
+    def _hold(self, feet: FeetNow, foot: int) -> tuple[FloatArray, FloatArray]:
         """Place, m, and velocity, m/s, of a foot that stands; only its height is asked for."""
-        return np.array([0.0, 0.0, self._height + self._home[foot, 2]]), np.zeros(3)
+        height = self._height + self._home[foot, 2]
+        if self._terrain is not None:
+            height = self._terrain.foothold(foot, feet.lowest[foot])
+        return np.array([0.0, 0.0, height]), np.zeros(3)
 
     def _activation(self, swung: tuple[int, ...], share: float) -> ActivationCost:
         g = self._gains

@@ -15,6 +15,7 @@ from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, G
 from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
+from warp_softbody.scenes.uneven_ground import GROUND_SETTINGS, ground_ahead, is_uneven
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
 
@@ -68,9 +69,14 @@ STEERED = replace(FAST, momentum_weight=0.025, foot_velocity=4.5)
 step: contacts answer to muscles later than within so short a step, so that the plan does less than
 it could. It shakes more: 7 instead of 5 % of accelerations change sign, so the feet are softer."""
 
+UNEVEN = replace(SLOW, sway=0.15, momentum_weight=0.01)
+"""Up a slope of 15 degrees the body of the level gains sinks between limbs that its sway has taken
+apart; with these it goes on as fast as on level ground."""
+
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 PUSH_SECONDS = PUSH_SETTINGS[1]
+SETTINGS = (PUSH, PUSH_SECONDS, FRICTION, coarse_setting("letter_x"))
 
 
 def walking_letter(coarse: float = 0.0) -> Character:
@@ -88,7 +94,7 @@ def _build(values: Values, gains: WalkGains, gait: Gait) -> tuple[Scene, Walk]:
     character = walking_letter(values["coarse"])
     scene = Scene(
         character=character,
-        ground=Plane(friction=values["friction"]),
+        ground=ground_ahead(values),
         pushes=head_push(character, values),
     )
     return scene, Walk(gains, gait=gait)
@@ -96,7 +102,7 @@ def _build(values: Values, gains: WalkGains, gait: Gait) -> tuple[Scene, Walk]:
 
 def build_slow(values: Values) -> tuple[Scene, Walk]:
     """One foot at a time."""
-    return _build(values, SLOW, ONE_BY_ONE)
+    return _build(values, UNEVEN if is_uneven(values) else SLOW, ONE_BY_ONE)
 
 
 def build_fast(values: Values) -> tuple[Scene, Walk]:
@@ -140,7 +146,7 @@ def build_eight(values: Values) -> tuple[Scene, Walk]:
 WALK_X = SceneRecipe(
     name="walk-x",
     description="letter X walks, one foot at a time",
-    settings=(PUSH, PUSH_SECONDS, FRICTION, coarse_setting("letter_x")),
+    settings=(*SETTINGS, *GROUND_SETTINGS),
     build=build_slow,
     seconds=7.5,
     time_step=1.0 / 60.0,
@@ -149,7 +155,7 @@ WALK_X = SceneRecipe(
 WALK_X_FAST = SceneRecipe(
     name="walk-x-fast",
     description="letter X walks faster, two feet at a time",
-    settings=(PUSH, PUSH_SECONDS, FRICTION, coarse_setting("letter_x")),
+    settings=(*SETTINGS, *GROUND_SETTINGS),
     build=build_fast,
     seconds=5.5,
     time_step=1.0 / 60.0,
@@ -158,7 +164,7 @@ WALK_X_FAST = SceneRecipe(
 WALK_X_EIGHT = SceneRecipe(
     name="walk-x-eight",
     description="letter X walks along a figure of eight",
-    settings=(SPEED, RADIUS, PUSH, PUSH_SECONDS, FRICTION, coarse_setting("letter_x")),
+    settings=(SPEED, RADIUS, *SETTINGS),
     build=build_eight,
     seconds=34.0,
     time_step=1.0 / 60.0,
