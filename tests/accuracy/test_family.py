@@ -70,6 +70,14 @@ def test_what_errs_on_another_floor_is_passed_over_and_told() -> None:
     assert floors.runs == 6
 
 
+def test_other_floors_may_take_a_part_of_the_bound() -> None:
+    plain = choose(CHART, BOUND)
+    for share, same in ((0.79, True), (0.81, False)):
+        further = 90.0 * (share * BOUND - plain.error)
+        floors = Floors(further=further, of=plain.settings)
+        assert (choose(CHART, BOUND, Family(CHART, floors)).settings == plain.settings) is same
+
+
 def test_what_does_not_keep_its_volume_elsewhere_is_passed_over() -> None:
     worst = Family(CHART, Floors(further=0.0, volume=0.04)).worst(
         next(point for point in CHART.points if point.settings != CHART.case.default)

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 MARGIN = 0.8
 """Share of the bound that the error and the reference's own uncertainty together may take, of a
-passive body. Of a controlled one they may take it all: nothing is extrapolated there, so that what
-the last refinement changes, of which the method leaves a third, counts whole."""
+passive body, and that the error of a controlled one may take on other floors. On its own floor that
+may take it all: nothing is extrapolated there, so that what the last refinement changes, of which
+the method leaves a third, counts whole."""
 ALIKE = 0.1
 """Costs that differ by less than this share count as equal: then the fewest changes are best."""
 SHOWN = 4
@@ -85,8 +86,8 @@ def margin(case: ChartCase) -> float:
 def choose(chart: Chart, bound: float, family: Family | None = None) -> Tuned:
     """The cheapest point that holds ``bound`` with the margin, of those alike the plainest.
 
-    It errs by no more than the bound on the whole ``family`` either, where the doubt of the
-    reference is not counted again. The reference's own runs are no settings to choose: nothing says
+    It holds it with `MARGIN` on the whole ``family`` too, where the doubt of the reference is not
+    counted again. The reference's own runs are no settings to choose: nothing says
     what they err by.
 
     Raises:
@@ -141,7 +142,7 @@ def _choose(
     while left:
         chosen = _plainest(chart, left)
         worst = None if family is None else family.worst(chosen)
-        if worst is None or worst.error <= bound:
+        if worst is None or worst.error <= MARGIN * bound:
             return chosen, worst, passed
         left.remove(chosen)
         least = min(least, worst.error)
@@ -149,7 +150,7 @@ def _choose(
         passed.append(f"{told}: an error of {100.0 * worst.error:.2g} % with {worst.where}")
     raise InputError(
         f"settings of {chart.case.scene!r} hold {_percent(bound)} as it ships but not elsewhere: "
-        f"{passed[-1]}; the least bound that can be held is {_percent(_above(least))}"
+        f"{passed[-1]}; the least bound that can be held is {_percent(_above(least / MARGIN))}"
     )
 
 
