@@ -21,10 +21,9 @@ from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
 from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_walk
 from warp_softbody.controllers.motions.guidance import Feet
 from warp_softbody.controllers.motions.moving_frame import MovingFrame
+from warp_softbody.controllers.motions.steerable import Steerable
 from warp_softbody.controllers.motions.steering import (
     Guide,
-    Steering,
-    SteeringShares,
     checked_guide,
 )
 from warp_softbody.controllers.motions.tracking import MissingRate, following
@@ -120,7 +119,7 @@ class WalkGains:
 
 
 @remembered
-class Walk:
+class Walk(Steerable):
     """Walks where it is steered, straight on where it is not, up and down what the ground does."""
 
     required_regions = ("base",)
@@ -197,23 +196,7 @@ class Walk:
         """
         return stepping("Walk", character, way_to_walk(character), heading, speed, gains, steering)
 
-    def steer(
-        self, forward: float | None = None, *, aside: float = 0.0, turning: float = 0.0
-    ) -> None:
-        """Go on like this from the next step on.
-
-        Args:
-            forward: m/s; None is the speed for which the gains are made.
-            aside: m/s, to the left.
-            turning: rad/s about the vertical, to the left.
-        """
-        self._follow_guide(Steering(forward=forward, aside=aside, turning=turning))
-
-    def steer_by(self, *, forward: float = 0.0, aside: float = 0.0, turning: float = 0.0) -> None:
-        """Go on like this from the next step on: shares, -1 to 1, of what the feet can do."""
-        self._follow_guide(SteeringShares(forward=forward, aside=aside, turning=turning))
-
-    def _follow_guide(self, guide: Guide) -> None:
+    def _be_guided(self, guide: Guide) -> None:
         self._guide = guide
         if self._course is not None:
             self._course.steer(guide)

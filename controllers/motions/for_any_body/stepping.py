@@ -26,7 +26,8 @@ from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.support import drawn_together, hull, nearest_in
 from warp_softbody.controllers.motions.guidance import Feet, Guidance
 from warp_softbody.controllers.motions.moving_frame import MovingFrame, Rates
-from warp_softbody.controllers.motions.steering import Guide, Steering, SteeringShares
+from warp_softbody.controllers.motions.steerable import Steerable
+from warp_softbody.controllers.motions.steering import Guide
 from warp_softbody.controllers.motions.tracking import following
 from warp_softbody.controllers.motions.trajectories import smooth_step
 from warp_softbody.controllers.motions.walk_course import TurnTaking
@@ -63,7 +64,7 @@ class _Now(NamedTuple):
     swing: float
 
 
-class Stepping:
+class Stepping(Steerable):
     """Moves feet in turn along a heading; made by `Walk.for_` and `Crawl.for_`, for one run."""
 
     def __init__(
@@ -111,23 +112,7 @@ class Stepping:
         """Whether no foot is off the ground."""
         return not self._swings
 
-    def steer(
-        self, forward: float | None = None, *, aside: float = 0.0, turning: float = 0.0
-    ) -> None:
-        """Go on like this from the next step on.
-
-        Args:
-            forward: m/s, along the heading; None is the speed for which the gains are made.
-            aside: m/s, to the left of that.
-            turning: rad/s about the vertical, to the left.
-        """
-        self._follow_guide(Steering(forward=forward, aside=aside, turning=turning))
-
-    def steer_by(self, *, forward: float = 0.0, aside: float = 0.0, turning: float = 0.0) -> None:
-        """Go on like this from the next step on: shares, -1 to 1, of what the feet can do."""
-        self._follow_guide(SteeringShares(forward=forward, aside=aside, turning=turning))
-
-    def _follow_guide(self, guide: Guide) -> None:
+    def _be_guided(self, guide: Guide) -> None:
         self._guide = guide
         if self._guidance is not None:
             self._guidance.follow(guide)

@@ -1,0 +1,28 @@
+"""What can be steered while it goes."""
+
+from __future__ import annotations
+
+from warp_softbody.controllers.motions.steering import Guide, Steering, SteeringShares
+
+
+class Steerable:
+    """A motion whose guide may be another one from the next step on."""
+
+    def steer(
+        self, forward: float | None = None, *, aside: float = 0.0, turning: float = 0.0
+    ) -> None:
+        """Go on like this from the next step on.
+
+        Args:
+            forward: m/s, along the heading; None is the speed for which the gains are made.
+            aside: m/s, to the left of that.
+            turning: rad/s about the vertical, to the left.
+        """
+        self._be_guided(Steering(forward=forward, aside=aside, turning=turning))
+
+    def steer_by(self, *, forward: float = 0.0, aside: float = 0.0, turning: float = 0.0) -> None:
+        """Go on like this from the next step on: shares, -1 to 1, of what the feet can do."""
+        self._be_guided(SteeringShares(forward=forward, aside=aside, turning=turning))
+
+    def _be_guided(self, guide: Guide) -> None:
+        raise NotImplementedError
