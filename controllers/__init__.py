@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.sequence import Motion, Sequence
     from warp_softbody.controllers.motions.slide import Slide, SlideGains
     from warp_softbody.controllers.motions.steering import Steering, Trail
-    from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk, WalkGains
+    from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk
+    from warp_softbody.controllers.motions.walk_gains import WalkGains
     from warp_softbody.controllers.objectives import Objective
     from warp_softbody.controllers.patch_clusters import clustered_patches
     from warp_softbody.controllers.patches import Patch, ground_patches
@@ -94,7 +95,7 @@ _HOMES = {
     "Trail": "motions.steering",
     "WARM_OPTIONS": "qpcc",
     "Walk": "motions.walk",
-    "WalkGains": "motions.walk",
+    "WalkGains": "motions.walk_gains",
     "clustered_patches": "patch_clusters",
     "enumerate_qpcc": "qpcc",
     "ground_patches": "patches",

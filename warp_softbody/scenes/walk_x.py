@@ -11,7 +11,8 @@ from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_x
 from warp_softbody.controllers.controller import ActivationCost
 from warp_softbody.controllers.motions.steering import Trail
-from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Gait, Walk, WalkGains
+from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Gait, Walk
+from warp_softbody.controllers.motions.walk_gains import WalkGains
 from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
