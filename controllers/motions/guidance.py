@@ -56,10 +56,24 @@ class Guidance:
         self.follow(guide)
 
     def follow(self, guide: Guide | None) -> None:
-        """Ask this guide from now on."""
+        """Ask this guide from now on.
+
+        Raises:
+            InputError: it asks for more than the feet can do.
+        """
+        for known in guide if isinstance(guide, tuple) else (guide,):
+            if isinstance(known, Steering):
+                self._possible(known)
+            elif isinstance(known, Trail):
+                self._possible(Steering(forward=known.forward))
         self._guide = guide
         trail = guide if isinstance(guide, Trail) else None
         self._follower = None if trail is None else TrailFollower(trail, self._feet.length)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether a trail was followed to its end."""
+        return self._follower is not None and self._follower.arrived
 
     def rates(self, view: BodyView, frame: MovingFrame) -> Rates:
         """What is wanted of the step from ``view`` on, in which the frame is there.
@@ -93,7 +107,11 @@ class Guidance:
 
     def _possible(self, asked: Steering) -> Rates:
         feet = self._feet
-        forward = feet.usual if asked.forward is None else asked.forward
+        forward = asked.forward
+        if forward is None:
+            room = feet.most - feet.reach * abs(asked.turning)
+            left = math.sqrt(max(0.0, room * abs(room) - asked.aside**2))
+            forward = math.copysign(min(abs(feet.usual), left), feet.usual)
         rates = Rates(forward, asked.aside, asked.turning)
         speed = feet.speed(rates)
         if speed > feet.most * (1.0 + 1e-9):

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from warp_softbody.controllers.motions.steering import Guide, Steering, SteeringShares
+from warp_softbody.controllers.motions.steering import Guide, Steering, SteeringShares, Trail
 
 
 class Steerable:
     """A motion whose guide may be another one from the next step on."""
+
+    _guide: Guide | None
+
+    @property
+    def finished(self) -> bool:
+        """Whether the last point of its trail is reached.
+
+        Raises:
+            AttributeError: it follows no trail, so that it has no end.
+        """
+        if not isinstance(self._guide, Trail):
+            raise AttributeError("only a walk along a trail comes to an end")
+        return self._has_arrived()
 
     def steer(
         self, forward: float | None = None, *, aside: float = 0.0, turning: float = 0.0
@@ -25,4 +38,7 @@ class Steerable:
         self._be_guided(SteeringShares(forward=forward, aside=aside, turning=turning))
 
     def _be_guided(self, guide: Guide) -> None:
+        raise NotImplementedError
+
+    def _has_arrived(self) -> bool:
         raise NotImplementedError

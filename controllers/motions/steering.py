@@ -33,7 +33,8 @@ class Steering:
     """How fast to go which way, from some time on.
 
     Attributes:
-        forward: m/s; None is the speed for which the gains are made.
+        forward: m/s; None is the speed for which the gains are made, or what going aside and
+            turning leave of it.
         aside: m/s, to the left.
         turning: rad/s about the vertical, to the left.
         start: s, from which on this holds.
@@ -78,7 +79,7 @@ class Trail(Value):
             raise InputError(f"Trail.points[{again}] and [{again + 1}] are the same point")
         checks.keep(self, points=points)
         if self.forward is not None:
-            forward = checks.number("Trail.forward", self.forward, low=0.0, unit="m/s")
+            forward = checks.number("Trail.forward", self.forward, above=0.0, unit="m/s")
             checks.keep(self, forward=forward)
 
     @cached_property
@@ -93,8 +94,10 @@ class Trail(Value):
         return float(self._arcs[-1])
 
     def point(self, arc: float) -> FloatArray:
-        """The point (2,) m after a way along the trail, m; beyond its ends those."""
-        return np.array([np.interp(arc, self._arcs, self.points[:, axis]) for axis in (0, 1)])
+        """The point (2,) m after a way along the trail, m; beyond its end straight on."""
+        inner = [float(np.interp(arc, self._arcs, self.points[:, axis])) for axis in (0, 1)]
+        last = (self.points[-1] - self.points[-2]) / (self._arcs[-1] - self._arcs[-2])
+        return np.asarray(np.array(inner) + max(0.0, arc - self.length) * last)
 
     def nearest(self, place: FloatArray, low: float, high: float) -> float:
         """The way along the trail, m, between two ways, at which it comes nearest to a place."""
@@ -163,19 +166,25 @@ def told(guide: Guide | None, view: BodyView) -> Steering:
 
 
 class TrailFollower:
-    """Follows a trail; for one run."""
+    """Follows a trail; for one run.
+
+    Attributes:
+        arrived: whether it has come to the last point.
+    """
 
     def __init__(self, trail: Trail, length: float) -> None:
         """``length`` is L, m, of the body."""
         self._trail = trail
         self._ahead, self._near = LOOK_AHEAD * length, ARRIVED * length
         self._arc = 0.0
+        self.arrived = False
 
     def steering(self, place: FloatArray, yaw: float, speed: float) -> Steering:
         """How to go on from a place (2,) m, facing a direction, rad, at a speed, m/s."""
         self._arc = self._trail.nearest(place, self._arc, self._arc + 2.0 * self._ahead)
         left = self._trail.length - self._arc
         if left < self._near:
+            self.arrived = True
             return Steering(forward=0.0)
         to = self._trail.point(self._arc + self._ahead) - place
         far = max(math.hypot(*to), self._near)

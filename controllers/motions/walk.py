@@ -129,6 +129,9 @@ class Walk(Steerable):
         """
         return stepping("Walk", character, way_to_walk(character), heading, speed, gains, steering)
 
+    def _has_arrived(self) -> bool:
+        return self._course is not None and self._course.arrived
+
     def _be_guided(self, guide: Guide) -> None:
         self._guide = guide
         if self._course is not None:

@@ -56,6 +56,11 @@ class Course:
         self.swung: tuple[int, ...] = ()
         self.next = turns[0]
 
+    @property
+    def arrived(self) -> bool:
+        """Whether a trail was followed to its end."""
+        return self._guidance.arrived
+
     def steer(self, guide: Guide) -> None:
         """Be guided by something else from now on."""
         self._guidance.follow(guide)

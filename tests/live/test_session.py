@@ -106,7 +106,7 @@ def test_control_is_switched_while_it_balances(folder: Path) -> None:
 
 
 def test_a_walk_is_steered(folder: Path) -> None:
-    """It goes backwards, and does so again after a restart; what does not walk is not steered."""
+    """It goes backwards, and ahead again after a restart; what does not walk is not steered."""
     assert live_scene("drop-block").steers is False
     with served(LiveSession(live_scene("walk-x-fast"), folder)) as server:
         client = Client.of(server)
@@ -115,8 +115,9 @@ def test_a_walk_is_steered(folder: Path) -> None:
         client.read_until(lambda c: c.status["steering"] == [-1.0, 0.0, 0.0])
         client.read_until(lambda c: c.update is not None and c.seen.numbers["momentum.x"] < -15.0)
         client.send("restart")
+        client.read_until(lambda c: c.status["steering"] == [0.0, 0.0, 0.0])
         client.read_until(lambda c: c.seen.time == 0.0)
-        client.read_until(lambda c: c.seen.numbers["momentum.x"] < -15.0)
+        client.read_until(lambda c: c.seen.numbers["momentum.x"] > 15.0)
         client.close()
 
 

@@ -48,7 +48,8 @@ class LiveScene:
         gravity: its size, m/s^2.
         friction: of the ground; None without one.
         steers: whether the controller can be steered.
-        steering: shares forward, aside and turning as they were set last; None before.
+        steering: shares forward, aside and turning as they were set in this run; None while the
+            controller goes as it was made to.
     """
 
     def __init__(self, make: Callable[[], LivePlan], fps: float) -> None:
@@ -70,8 +71,7 @@ class LiveScene:
     def begun(self) -> Simulation:
         """A simulation from the start pose, as things are set now."""
         self.plan = self._make()
-        if self.steering is not None:
-            self.steer(*self.steering)
+        self.steering = None
         return self._simulation(None)
 
     def steer(self, forward: float, aside: float, turning: float) -> None:

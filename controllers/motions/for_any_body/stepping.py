@@ -112,6 +112,9 @@ class Stepping(Steerable):
         """Whether no foot is off the ground."""
         return not self._swings
 
+    def _has_arrived(self) -> bool:
+        return self._guidance is not None and self._guidance.arrived
+
     def _be_guided(self, guide: Guide) -> None:
         self._guide = guide
         if self._guidance is not None:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warp_softbody.controllers import Steering, Trail
-from warp_softbody.controllers.motions.guidance import Feet
+from warp_softbody.controllers import DIAGONAL_PAIRS, Steering, Trail, Walk
+from warp_softbody.controllers.motions.guidance import Feet, Guidance
 from warp_softbody.controllers.motions.moving_frame import MovingFrame, Rates
 from warp_softbody.controllers.motions.steering import TrailFollower, checked_guide
 from warp_softbody.controllers.motions.walk_course import TurnTaking
@@ -64,6 +64,41 @@ def test_a_trail_is_followed_to_its_end() -> None:
     assert frame.rates == Rates()
 
 
+@pytest.mark.parametrize("aside", [0.0, 0.05, 0.1])
+def test_it_comes_to_the_end_of_a_trail_as_it_leads(aside: float) -> None:
+    """A body beside the trail does not turn to its last point when that is near."""
+    follower = TrailFollower(Trail(points=np.array([(0.0, 0.0), (0.6, 0.0)])), 1.0)
+    frame = MovingFrame(np.array([0.0, aside]))
+    for _ in range(2000):
+        asked = follower.steering(frame.place, frame.yaw, 0.2)
+        rates = Rates(asked.forward or 0.0, asked.aside, asked.turning)
+        frame = frame.steered(0.01, rates, HASTENING, 0.0)
+    assert follower.arrived
+    assert abs(frame.yaw) < 0.3
+    assert math.dist(frame.place, (0.6, 0.0)) < aside + 0.03
+
+
+def test_turning_leaves_less_to_go_ahead() -> None:
+    feet = Feet(length=1.0, reach=0.5, cycle=2.0, stride=0.5, most_stride=0.6)
+    for asked, forward in ((Steering(), 0.25), (Steering(turning=0.4), 0.1)):
+        assert Guidance(asked, feet, 0.0)._possible(asked).forward == pytest.approx(forward)
+    too_much: tuple[Any, ...] = (
+        Steering(turning=1.0),
+        (Steering(), Steering(start=9.0, forward=1.0)),
+        Trail(points=np.eye(2), forward=5.0),
+    )
+    for guide in too_much:
+        with pytest.raises(InputError, match=r"this walk moves its feet by at most 0\.3 m/s"):
+            Guidance(guide, feet, 0.0)
+
+
+def test_only_a_walk_along_a_trail_ends() -> None:
+    walk = Walk(gait=DIAGONAL_PAIRS)
+    assert not hasattr(walk, "finished")
+    trail = Walk(gait=DIAGONAL_PAIRS, steering=Trail(points=np.eye(2)))
+    assert trail.finished is False
+
+
 def test_what_lies_behind_is_turned_to() -> None:
     follower = TrailFollower(Trail(points=np.array([(0.0, 0.0), (-2.0, 0.0)])), 1.0)
     frame = MovingFrame(ORIGIN)
@@ -96,7 +131,7 @@ def test_feet_reach_the_speed_of_their_longest_stride() -> None:
         (lambda: Trail(points=np.zeros((1, 2))), "Trail.points must be two points or more, got 1"),
         (lambda: Trail(points=np.zeros((3, 2))), r"Trail.points\[0\] and \[1\] are the same"),
         (lambda: Trail(points=np.zeros((3, 3))), "Trail.points must"),
-        (lambda: Trail(points=np.eye(2), forward=-1.0), "Trail.forward must be"),
+        (lambda: Trail(points=np.eye(2), forward=0.0), "Trail.forward must be"),
         (lambda: checked_guide("steering", "left"), "steering must be a Steering, several"),
         (lambda: checked_guide("steering", ()), "steering must be a Steering, several"),
         (lambda: checked_guide("steering", (Steering(), 1)), r"steering\[1\] must be"),
