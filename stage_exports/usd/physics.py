@@ -87,7 +87,10 @@ def _define_regions(stage: Any, body: StagedBody, binding: Any, names: PhysicsNa
     mesh = own.mesh
     owners = tet_owners(mesh.tets, len(mesh.points), own.materials, own.regions)
     for number, (region, given) in enumerate(own.materials.items()):
-        tets = values.integers(np.flatnonzero(owners == number))
+        chosen = np.flatnonzero(owners == number)
+        if not len(chosen):  # all are those of a region that is named later
+            continue
+        tets = values.integers(chosen)
         name = f"{Tf.MakeValidIdentifier(region)}_{number}"
         material = UsdShade.Material.Define(stage, f"{conventions.MATERIALS}/{own.name}_{name}")
         _describe(material, given, names)

@@ -282,6 +282,10 @@ def test_what_is_wrong_is_told_with_its_line(
         (SMALL + "strengths = {a = 1}\n", "6: character.strengths: the body has no muscles"),
         (SMALL + "materials = {top = {density = 1}}\n", "6: character.materials.top: the body has"),
         (
+            SMALL + "regions = {top = [0, 1]}\nmaterials = {top = {density = 1}}\n",
+            "7: character.materials.top: region 'top' holds no whole tet",
+        ),
+        (
             SMALL + "[[character.directional_friction]]\nregion = 'top'\ndirection = [1, 0, 0]\n",
             r"7: character.directional_friction\[0\].region: the body has no region 'top'",
         ),

@@ -163,8 +163,11 @@ def test_what_cannot_be_mixed_is_refused() -> None:
         replace(body, materials={"hard": Material(poisson_ratio=0.3)})
     with pytest.raises(InputError, match="has no region 'core'"):
         replace(body, materials={"core": material(HARD)})
+    with pytest.raises(InputError, match="'tip' of 'bar': region 'tip' holds no whole tet"):
+        replace(body, materials={"tip": material(HARD)})
     muscled = muscular_bar()
     own = replace(muscled.material, young_modulus=1e6)
-    scene = Scene(character=replace(muscled, materials={"top": own}))
+    whole = np.arange(len(muscled.mesh.points), dtype=np.int32)
+    scene = Scene(character=replace(muscled, regions={"all": whole}, materials={"all": own}))
     with pytest.raises(InputError, match="materials by region, which go with implicit muscles"):
         Simulation(scene, options=SimulationOptions(muscles="explicit"))

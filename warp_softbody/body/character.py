@@ -52,7 +52,7 @@ class Character(FrozenValue):
         color: display colour, linear RGB in 0..1.
         directional_friction: of regions that slide more easily one way than another.
         materials: of regions that are stiffer or denser than the rest, by their names: of the tets
-            whose four nodes are in the region, of the last one where several are.
+            whose four nodes are in the region, one at least; of the last one where several are.
         skin: the surface that is seen; None for that of the mesh, or for the tets' own.
     """
 
@@ -95,7 +95,7 @@ class Character(FrozenValue):
         )
         input_kinds.distinct(f"muscle groups of {name!r}", (group.name for group in self.muscles))
         input_kinds.distinct(f"fibres of {name!r}", (fiber.name for fiber in self.fibers))
-        materials = checked_materials(name, self.material, self.materials)
+        materials = checked_materials(name, self.material, self.materials, mesh.tets, regions)
         checks.keep(self, materials=MappingProxyType(materials))
         for region in (*(law.region for law in self.directional_friction), *materials):
             self.region(region)

@@ -30,11 +30,18 @@ class TetMaterials(NamedTuple):
     densities: FloatArray
 
 
-def checked_materials(name: str, material: Material, given: object) -> dict[str, Material]:
-    """Materials by region, each of which goes with that of the body.
+def checked_materials(
+    name: str,
+    material: Material,
+    given: object,
+    tets: npt.NDArray[np.integer],
+    regions: Mapping[str, npt.NDArray[np.int32]],
+) -> dict[str, Material]:
+    """Materials by region, each of which goes with that of the body and with its tets (m, 4).
 
     Raises:
-        InputError: something else, or a material that differs in more than it may.
+        InputError: something else, a material that differs in more than it may, or of a region
+            without a tet.
     """
     found = {}
     for region, own in input_kinds.mapping(f"Character.materials of {name!r}", given).items():
@@ -47,8 +54,23 @@ def checked_materials(name: str, material: Material, given: object) -> dict[str,
                 f"{label} must have the poisson_ratio, volume and damping of the body's, and may "
                 f"differ in {' and '.join(OWN)}"
             )
+        if region in regions and not holds_tet(tets, regions[region]):
+            raise InputError(f"{label}: {without_tet(region)}")
         found[region] = own
     return found
+
+
+def holds_tet(tets: npt.NDArray[np.integer], nodes: npt.NDArray[np.integer]) -> bool:
+    """Whether a tet (m, 4) has all its nodes among these."""
+    return bool(np.isin(tets, nodes).all(axis=1).any())
+
+
+def without_tet(region: str) -> str:
+    """Why a region cannot have a material of its own."""
+    return (
+        f"region {region!r} holds no whole tet, so that a material of its own would change "
+        "nothing; its tets are those whose four nodes are in it"
+    )
 
 
 def tet_owners(

@@ -13,6 +13,7 @@ from warp_softbody.body.character import Character
 from warp_softbody.body.directional_friction import DirectionalFriction
 from warp_softbody.body.material import Material
 from warp_softbody.body.muscles import Fiber, FiberKind, MuscleGroup
+from warp_softbody.body.region_materials import holds_tet, without_tet
 from warp_softbody.inputs import array_checks, input_kinds
 from warp_softbody.scene_files.beside import array_of_file
 from warp_softbody.scene_files.records import changed, record_of
@@ -74,6 +75,8 @@ def _dressed(character: Character, table: Table, materials: Mapping[str, Materia
         own, base = table.table("materials"), new.get("material", character.material)
         for name in own:
             _known_region(name, regions, own, name)
+            if not holds_tet(character.mesh.tets, regions[name]):
+                own.fail(without_tet(name), name)
         new["materials"] = {name: _material(base, own, materials, name) for name in own}
     with table.explained():
         return replace(character, regions=regions, directional_friction=frictions, **new)

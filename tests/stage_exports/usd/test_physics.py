@@ -83,10 +83,12 @@ def test_regions_have_their_own_materials(scene: Scene, make_frames: Any, tmp_pa
         body,
         regions={
             "all-of-it": np.arange(len(z), dtype=np.int32),
+            "covered": np.flatnonzero(z >= middle - 1e-9).astype(np.int32),
             "upper half": np.flatnonzero(z >= middle - 1e-9).astype(np.int32),
         },
         materials={
             "all-of-it": replace(body.material, density=700.0),
+            "covered": replace(body.material, density=900.0),
             "upper half": replace(body.material, young_modulus=3e6),
         },
     )
@@ -99,6 +101,8 @@ def test_regions_have_their_own_materials(scene: Scene, make_frames: Any, tmp_pa
     binding = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(f"/World/{own.name}/Tets"))
     volumes, densities = own.mesh.volumes, np.zeros(len(own.mesh.tets))
     stiffness = np.zeros(len(own.mesh.tets))
+    # all tets of "covered" are those of "upper half" too
+    assert len(binding.GetMaterialBindSubsets()) == 2
     for subset in binding.GetMaterialBindSubsets():
         assert subset.GetElementTypeAttr().Get() == "tetrahedron"
         material, _ = UsdShade.MaterialBindingAPI(subset).ComputeBoundMaterial("physics")
