@@ -194,6 +194,108 @@ def test_the_command_teaches(
     assert said.err == ""
 
 
+def test_a_body_saved_over_its_file_keeps_its_lessons(worm: Character, tmp_path: Path) -> None:
+    path = tmp_path / "worm.char"
+    worm.save(path)
+    write_lesson(path, "crawl", {"stride": 0.21})
+    taught = path.read_bytes()
+    Character.load(path).save(path)
+    assert path.read_bytes() == taught
+    # what it looks like is nothing that it has learnt by
+    replace(worm, name="other", color=(0.1, 0.2, 0.3), skin=None).save(path)
+    assert read_lessons(path) == {"crawl": {"stride": 0.21}}
+    softer = replace(worm, material=replace(worm.material, young_modulus=1.5e4))
+    softer.save(path)
+    assert read_lessons(path) == {}
+
+
+def stubbed(monkeypatch: pytest.MonkeyPatch, best: float, after: Callable[[], None]) -> None:
+    """Tries that go far by how near their stride is to the best, with something after each."""
+
+    def tries(task: Task, lessons: list[dict[str, float]]) -> list[Try]:
+        after()
+        return [Try(1.0 - abs(own.get("stride", 0.16) - best), 0.0, 1.0) for own in lessons]
+
+    monkeypatch.setattr(searching, "make_tries", tries)
+    monkeypatch.setattr("warp_softbody.accuracy.runs.workers.workers", lambda _: AtOnce())
+
+
+def nothing() -> None:
+    """Happens."""
+
+
+def test_better_gains_of_the_file_stay(
+    worm: Character,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stubbed(monkeypatch, 0.3, nothing)
+    path = tmp_path / "worm.char"
+    worm.save(path)
+    write_lesson(path, "crawl", {"stride": 0.3})
+    line = ["teach", str(path), "--do", "crawl", "--draws", "20"]
+    assert main([*line, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["held_way"], facts["way"], facts["kept"]) == (1.0, 1.0, False)
+    assert facts["gains"] == {"stride": 0.3}
+    assert main([*line, "--quiet"]) == main(line) == 0
+    assert "nothing better; " in capsys.readouterr().out
+    assert read_lessons(path) == {"crawl": {"stride": 0.3}}
+    # gains that are worse, and those that the motion does not know, are replaced
+    for held in ({"stride": 0.05}, {"strid": 0.3}):
+        write_lesson(path, "crawl", held)
+        assert main(line) == 0
+        assert "kept in" in capsys.readouterr().out
+        assert abs(read_lessons(path)["crawl"]["stride"] - 0.3) < 0.1
+
+
+def test_a_body_that_was_not_taught_gets_no_gains(
+    worm: Character,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = tmp_path / "worm.char"
+    worm.save(path)
+    softer = replace(worm, material=replace(worm.material, young_modulus=1.5e4))
+    stubbed(monkeypatch, 0.3, lambda: softer.save(path))
+    assert main(["teach", str(path), "--do", "crawl", "--draws", "20"]) == 2
+    assert "another body than the one that was taught" in capsys.readouterr().err
+    assert read_lessons(path) == {}
+
+
+def test_journals_that_cannot_be_used_are_told(
+    worm: Character,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path, other = tmp_path / "worm.char", tmp_path / "other.obj"
+    worm.save(path)
+    other.write_text("v 0 0 0\n")
+    line = ["teach", str(path), "--do", "crawl", "--draws", "2", "--journal"]
+    for file in (path, other, tmp_path):
+        before = file.read_bytes() if file.is_file() else b""
+        assert main([*line, str(file)]) == 2
+        assert capsys.readouterr().err.count("it is no journal of teaching") == 1
+        assert not before or file.read_bytes() == before
+    assert main([*line, str(tmp_path / "none" / "c.jsonl")]) == 2
+    assert "none: cannot be written in: No such file" in capsys.readouterr().err
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    stubbed(monkeypatch, 0.3, gone.rmdir)
+    assert main([*line, str(gone / "c.jsonl")]) == 2
+    assert "c.jsonl: cannot be written: No such file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", [b"", b'{"k', b'{"key": "cf', b'{"k\n{"key": "cf'])
+def test_torn_journals_are_journals(text: bytes, tmp_path: Path) -> None:
+    journal = tmp_path / "c.jsonl"
+    journal.write_bytes(text)
+    searching.require_journal(journal)
+
+
 def test_mistakes_are_told(
     worm: Character, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -218,6 +320,9 @@ def test_a_search_that_is_stopped_says_where_it_goes_on(
     monkeypatch.setattr(teach_command, "_search", stopped)
     path = tmp_path / "worm.char"
     worm.save(path)
+    assert main(["teach", str(path), "--do", "crawl"]) == 130
+    assert "interrupted before the first try ended" in capsys.readouterr().err
+    (tmp_path / "worm.crawl.jsonl").write_text('{"key": "a"}\n')
     assert main(["teach", str(path), "--do", "crawl"]) == 130
     assert "the same command goes on there" in capsys.readouterr().err
     assert read_lessons(path) == {}

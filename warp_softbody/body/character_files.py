@@ -1,13 +1,15 @@
 """A character in one file (`NAME.char`): a zip archive of one JSON text and NumPy arrays.
 
 Nothing in it is run, and what it holds is checked as if it were given in Python. The same character
-gives the same bytes.
+gives the same bytes; what the file that it replaces was taught is kept, if that has the same body.
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile, ZipInfo
@@ -21,6 +23,12 @@ from warp_softbody.errors import InputError, OutputError, SoftBodyError
 EXTENSION = ".char"
 FORMAT, VERSION = "warp_softbody character", 1
 TEXT = "character.json"
+LESSONS = "lessons.json"
+"""What the character has learnt (`lessons.py`); who it is is read without it."""
+
+LOOKS = ("name", "color", "skin")
+"""Of the text: nothing that a body moves by."""
+
 MOST_BYTES = 2**30
 """Of all that is read of one file, unpacked."""
 
@@ -30,6 +38,8 @@ BEGINNING_OF_TIME = (1980, 1, 1, 0, 0, 0)
 
 def save_character(character: Kept, path: Path) -> None:
     """Write a character whole or not at all.
+
+    Over a file of the same body (`body_of`), what that has learnt is kept.
 
     Raises:
         InputError: the path does not end in .char.
@@ -44,15 +54,58 @@ def save_character(character: Kept, path: Path) -> None:
         return name
 
     text = json.dumps({"format": FORMAT, "version": VERSION, **described(character, stored)})
+    entries = {TEXT: text.encode()}
+    for name, array in arrays.items():
+        data = io.BytesIO()
+        np.lib.format.write_array(data, array, allow_pickle=False)
+        entries[name] = data.getvalue()
+    write_entries(path, {**entries, **_lessons_kept(path, entries)})
+
+
+def write_entries(path: Path, entries: Mapping[str, bytes]) -> None:
+    """Write a character's file of its entries by name, whole or not at all.
+
+    Raises:
+        OutputError: the folder cannot be written in.
+    """
     try:
         with replacing(path) as new, ZipFile(new, "w", ZIP_DEFLATED) as archive:
-            put_entry(archive, TEXT, text.encode())
-            for name, array in arrays.items():
-                data = io.BytesIO()
-                np.lib.format.write_array(data, array, allow_pickle=False)
-                put_entry(archive, name, data.getvalue())
+            for name, data in entries.items():
+                _put_entry(archive, name, data)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def body_of(entries: Mapping[str, bytes]) -> str:
+    """A text that is the same for files of the same body, whatever it looks like or has learnt.
+
+    Raises:
+        ValueError, KeyError, TypeError: the entries are no character's.
+    """
+
+    def resolved(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {name: resolved(own) for name, own in value.items()}
+        if isinstance(value, list):
+            return [resolved(own) for own in value]
+        # an array's name tells only in which order it was stored
+        held = isinstance(value, str) and value in entries
+        return hashlib.sha256(entries[value]).hexdigest() if held else value
+
+    text = dict(json.loads(entries[TEXT]))
+    moved = {name: own for name, own in text.items() if name not in LOOKS}
+    return hashlib.sha256(json.dumps(resolved(moved), sort_keys=True).encode()).hexdigest()
+
+
+def _lessons_kept(path: Path, entries: Mapping[str, bytes]) -> dict[str, bytes]:
+    """What the file at a path has learnt, as an entry, if its body is that of the new entries."""
+    try:
+        old = read_entries(path)
+        same = LESSONS in old and body_of(old) == body_of(entries)
+    except (InputError, KeyError, TypeError, ValueError, RecursionError):
+        # no character's file, or none yet
+        return {}
+    return {LESSONS: old[LESSONS]} if same else {}
 
 
 def load_character(path: Path) -> dict[str, Any]:
@@ -99,7 +152,7 @@ def _check_extension(path: Path) -> None:
         raise InputError(f"{path}: a character's file must end in {EXTENSION}")
 
 
-def put_entry(archive: ZipFile, name: str, data: bytes) -> None:
+def _put_entry(archive: ZipFile, name: str, data: bytes) -> None:
     """Add an entry whose bytes hang on its name and data alone."""
     entry = ZipInfo(name, BEGINNING_OF_TIME)
     entry.compress_type = ZIP_DEFLATED

@@ -7,14 +7,15 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from zipfile import ZIP_DEFLATED, ZipFile
 
-from warp_softbody.atomic_files import replacing
-from warp_softbody.body.character_files import load_character, put_entry, read_entries
-from warp_softbody.errors import InputError, OutputError
-
-ENTRY = "lessons.json"
-"""In the archive, beside the character, who is read without it."""
+from warp_softbody.body.character_files import (
+    LESSONS,
+    body_of,
+    load_character,
+    read_entries,
+    write_entries,
+)
+from warp_softbody.errors import InputError
 
 Lesson = Mapping[str, float]
 """Gains by their paths, as ``activation.effort`` or ``launch.0``."""
@@ -26,7 +27,11 @@ def read_lessons(path: Path) -> dict[str, Lesson]:
     Raises:
         InputError: the file is missing or is no character's, or its lessons are none.
     """
-    text = read_entries(path).get(ENTRY)
+    return _lessons(path, read_entries(path))
+
+
+def _lessons(path: Path, entries: Mapping[str, bytes]) -> dict[str, Lesson]:
+    text = entries.get(LESSONS)
     if text is None:
         return {}
     try:
@@ -43,19 +48,36 @@ def _checked(gains: Any) -> Lesson:
     return numbers
 
 
-def write_lesson(path: Path, do: str, gains: Lesson) -> None:
-    """Add what a character has learnt to its file, in place of what it knew of that motion.
+def read_body(path: Path) -> str:
+    """A text that is the same for files of the same body, whatever they have learnt.
 
     Raises:
         InputError: the file is missing, or is no character's.
+    """
+    load_character(path)
+    return body_of(read_entries(path))
+
+
+def write_lesson(path: Path, do: str, gains: Lesson, body: str | None = None) -> None:
+    """Add what a character has learnt to its file, in place of what it knew of that motion.
+
+    Args:
+        path: of the file.
+        do: the motion.
+        gains: by path.
+        body: the one that learnt them, as `read_body` told it; None for that of the file.
+
+    Raises:
+        InputError: the file is missing, is no character's, or is of another body by now.
         OutputError: it cannot be written.
     """
     load_character(path)
-    lessons = {**read_lessons(path), do: dict(gains)}
-    entries = {**read_entries(path), ENTRY: json.dumps(lessons, sort_keys=True).encode()}
-    try:
-        with replacing(path) as new, ZipFile(new, "w", ZIP_DEFLATED) as archive:
-            for name, data in entries.items():
-                put_entry(archive, name, data)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    entries = read_entries(path)
+    if body is not None and body_of(entries) != body:
+        raise InputError(
+            f"{path}: it holds another body than the one that was taught, so that its gains are "
+            "not written into it"
+        )
+    lessons = {**_lessons(path, entries), do: dict(gains)}
+    text = json.dumps(lessons, sort_keys=True).encode()
+    write_entries(path, {**entries, LESSONS: text})

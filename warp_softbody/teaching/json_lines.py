@@ -13,6 +13,9 @@ class JsonLines:
 
     Attributes:
         records: those that the file held at first.
+
+    Raises:
+        OSError: the file cannot be read, or added to.
     """
 
     def __init__(self, path: Path | None) -> None:

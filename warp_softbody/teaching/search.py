@@ -13,10 +13,14 @@ from typing import NamedTuple
 from warp_softbody import __version__
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.lessons import Lesson
+from warp_softbody.errors import InputError, OutputError
 from warp_softbody.teaching.evolution import minimise
 from warp_softbody.teaching.json_lines import JsonLines
 from warp_softbody.teaching.task import Task
 from warp_softbody.teaching.tries import Try, make_tries
+
+RECORD = b'{"key": "'
+"""What every line of a journal begins with."""
 
 
 class Candidate(NamedTuple):
@@ -43,8 +47,21 @@ class Search:
     count: int = 1
     journal: Path | None = None
 
+    def of(self, lesson: Lesson) -> Try:
+        """What comes of gains; those of the journal are not tried again.
+
+        Raises:
+            InputError, OutputError: as `run`.
+        """
+        return self._tried({0: lesson}, _Kept(self.task, self.journal))[0]
+
     def run(self, draws: int, seed: int) -> Iterator[Candidate]:
-        """So many candidates in their order, the first the usual gains; each as it is known."""
+        """So many candidates in their order, the first the usual gains; each as it is known.
+
+        Raises:
+            InputError: the journal is a file of another kind, or cannot be read.
+            OutputError: it cannot be written.
+        """
         field = self.task.field
         kept = _Kept(self.task, self.journal)
         found: dict[int, Candidate] = {}
@@ -77,11 +94,33 @@ class Search:
         return {number: own for number, own in known.items() if own is not None}
 
 
+def require_journal(path: Path) -> None:
+    """Refuse a file that is there and is no journal of tries; an empty one may become one.
+
+    Raises:
+        InputError: it is of another kind, or cannot be read.
+    """
+    try:
+        if not path.exists():
+            return
+        first = b""
+        if path.is_file():
+            with path.open("rb") as file:
+                first = file.readline(len(RECORD)).rstrip(b"\n")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    # the first line may have been torn
+    if not path.is_file() or not RECORD.startswith(first):
+        raise InputError(f"{path}: it is no journal of teaching, so that no tries are added to it")
+
+
 class _Kept:
     """Tries by what they hang on: body, motion, grounds, times and gains."""
 
     def __init__(self, task: Task, path: Path | None) -> None:
-        self._file = JsonLines(path)
+        if path is not None:
+            require_journal(path)
+        self._path, self._file = path, JsonLines(path)
         self._task = _fingerprint(task)
         self._tries: dict[str, Try] = {}
         for record in self._file.records:
@@ -99,7 +138,12 @@ class _Kept:
         """Keep a try, on disk at once."""
         key = self._key(lesson)
         self._tries[key] = tried
-        self._file.add({"key": key, "tried": list(tried), "gains": dict(lesson)})
+        try:
+            self._file.add({"key": key, "tried": list(tried), "gains": dict(lesson)})
+        except OSError as error:
+            raise OutputError(
+                f"{self._path}: cannot be written: {error.strerror or error}"
+            ) from error
 
     def _key(self, lesson: Lesson) -> str:
         text = self._task + json.dumps(dict(lesson), sort_keys=True)
