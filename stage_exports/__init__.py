@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from warp_softbody.stage_exports.pictures.picture import draw_picture
     from warp_softbody.stage_exports.pictures.sheet import draw_take, take_bounds
     from warp_softbody.stage_exports.pictures.still import draw_frame
-    from warp_softbody.stage_exports.usd.chunks import recover
     from warp_softbody.stage_exports.usd.reader import Take, body_names, read_take
+    from warp_softbody.stage_exports.usd.recovery import recover
     from warp_softbody.stage_exports.usd.skin_files import read_skin
     from warp_softbody.stage_exports.usd.validation import validate
     from warp_softbody.stage_exports.usd.writer import StageWriter
@@ -34,7 +34,7 @@ _HOMES = {
     "measure": "measures",
     "read_skin": "usd.skin_files",
     "read_take": "usd.reader",
-    "recover": "usd.chunks",
+    "recover": "usd.recovery",
     "reversals": "measures",
     "take_bounds": "pictures.sheet",
     "validate": "usd.validation",

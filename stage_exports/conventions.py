@@ -135,6 +135,8 @@ def _check_place(target: Path, *, overwrite: bool) -> None:
         os.lstat(target)
     if target.is_dir():
         raise _Refused("it is a folder")
+    if target.parent.exists() and not target.parent.is_dir():
+        raise _Refused(f"{str(target.parent)!r} is a file and no folder")
     if not target.parent.is_dir():
         raise _Refused(f"there is no folder {str(target.parent)!r}")
     if target.exists() and not target.is_file():

@@ -90,6 +90,7 @@ def _drawn(path: Path) -> None:
 def _recovered(path: Path) -> None:
     """The file as the only chunk of a take that a crash left."""
     target = path.with_name("recovered.usdc")
+    target.unlink(missing_ok=True)
     chunks = target.with_name(f".{target.name}.chunks")
     chunks.mkdir(exist_ok=True)
     shutil.copy(path, chunks / "static.usdc")

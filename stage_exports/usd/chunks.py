@@ -1,8 +1,8 @@
 """A take on disk while it is being written: closed chunks in a hidden folder beside the target.
 
 A file with a final name is whole, because each layer is written under another one and renamed. What
-a crash or a full disk leaves behind is therefore a valid beginning of the take, and `recover` makes
-a stage of it. Each writer has a folder of its own (`claims.py`).
+a crash or a full disk leaves behind is therefore a valid beginning of the take, and `recovery.py`
+makes a stage of it. Each writer has a folder of its own (`claims.py`).
 """
 
 from __future__ import annotations
@@ -17,12 +17,11 @@ from typing import Any
 
 from warp_softbody.atomic_files import replacing
 from warp_softbody.errors import InputError, OutputError
-from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
 from warp_softbody.stage_exports.usd.claims import (
     Claim,
     claim,
     folder_name,
-    folders_of,
+    is_this_process,
     left_behind,
     writing_process,
 )
@@ -38,7 +37,7 @@ from warp_softbody.stage_exports.usd.merging import (
     reason,
 )
 from warp_softbody.stage_exports.usd.series import Series
-from warp_softbody.stage_exports.usd.stage_files import identity, mark_own
+from warp_softbody.stage_exports.usd.stage_files import identity, keep_identity, mark_own
 from warp_softbody.stage_exports.usd.textures import keep_textures, kept_textures
 
 GROWN = "grown.usdc"
@@ -63,7 +62,7 @@ class ChunkFolder:
             overwrite: whether a file may stand there that is written before this take begins.
 
         Raises:
-            OutputError: another process writes it.
+            OutputError: another writer, of any process, has begun to write it.
         """
         self.target = target
         self._claim: Claim | None = None
@@ -80,16 +79,18 @@ class ChunkFolder:
         """Make a folder for the chunks and hold it; harmless when there is one.
 
         Raises:
-            OutputError: another process writes the same target.
+            OutputError: another writer, of any process, writes the same target.
         """
         if self._claim is not None:
             return
         with self._one_sentence():
             self._claim = claim(self.target)
-        weakref.finalize(self, _abandon, self._claim)
+        weakref.finalize(self, abandon, self._claim)
         if self._overwrite:
             self._before = identity(self.target)
         self._require_alone(self._claim)
+        with self._one_sentence():
+            keep_identity(self._claim.folder, self._before)
 
     def start(self, static: Any, textures: Mapping[str, bytes]) -> None:
         """Store what does not move, and textures by their paths from the stage."""
@@ -151,7 +152,7 @@ class ChunkFolder:
     def leave(self) -> None:
         """Let go of the folder, so that `recover` finds it; delete it if it holds no frame."""
         if self._claim is not None:
-            _abandon(self._claim)
+            abandon(self._claim)
             self._claim = None
 
     @property
@@ -190,15 +191,18 @@ class ChunkFolder:
                 os.rename(self._folder / GROWN, path)
         else:
             self._keep(first_frame, last)
-            _merged(self._folder, self.target, trusted=True)
+            merged(self._folder, self.target, trusted=True)
         mark_own(self.target)
 
     def _require_alone(self, own: Claim | None) -> None:
         process = writing_process(self.target, None if own is None else own.folder)
         if process is not None:
             self.forget()
+            other = f"process {process}"
+            if is_this_process(process):
+                other = "another writer of this process"
             raise OutputError(
-                f"cannot write {str(self.target)!r}: process {process} is writing it; "
+                f"cannot write {str(self.target)!r}: {other} is writing it; "
                 "choose another name, or wait"
             )
 
@@ -207,49 +211,19 @@ class ChunkFolder:
         """Turn what USD and the system raise into an OutputError that says what is saved."""
         try:
             yield
+        except OutputError:
+            # says so already
+            raise
         except (OSError, InputError) as error:
             kept = "no frame of the take is kept"
             if self._claim is not None and closed_chunks(self._claim.folder):
                 kept = (
                     "the closed chunks of the take are kept beside it, and "
-                    "`warp-softbody recover` makes a stage of them"
+                    "`warp-softbody recover`, with --out OTHER elsewhere, makes a stage of them"
                 )
             raise OutputError(
                 f"{str(self.target)!r} could not be written ({reason(error)}); {kept}"
             ) from error
-
-
-def recover(path: str | Path) -> Path:
-    """Make a stage of the chunks that an interrupted take left beside `path`; returns its path.
-
-    Of several such takes it is the one that was written to last; the others stay.
-
-    Raises:
-        OutputError: there are none, the take is still being written, or a chunk is damaged.
-    """
-    return recovered(path)[0]
-
-
-def recovered(path: str | Path) -> tuple[Path, int]:
-    """The path that `recover` returns, and the number of frames."""
-    target = checked_target(path, extensions=EXTENSIONS)
-    claims = left_behind(target)
-    try:
-        chosen = next((one for one in claims if closed_chunks(one.folder)), None)
-        if chosen is None:
-            raise OutputError(_nothing(target, claims))
-        try:
-            frames = _merged(chosen.folder, target, trusted=False)
-        except (OSError, InputError) as error:
-            raise OutputError(
-                f"{str(target)!r} could not be recovered ({reason(error)}); "
-                f"the chunks are kept in {str(chosen.folder)!r}"
-            ) from error
-        chosen.remove()
-    finally:
-        for one in claims:
-            _abandon(one)
-    return target, frames
 
 
 def _stored(layer: Any, path: Path) -> None:
@@ -257,8 +231,13 @@ def _stored(layer: Any, path: Path) -> None:
         export(layer, str(temporary))
 
 
-def _merged(folder: Path, target: Path, *, trusted: bool) -> int:
-    """Make one file of all chunks of a folder; returns its frames' number."""
+def merged(folder: Path, target: Path, *, trusted: bool) -> int:
+    """Make one file of all chunks of a folder; returns its frames' number.
+
+    Raises:
+        InputError: a chunk is missing or damaged.
+        OSError: the file could not be written.
+    """
     size = sum(chunk.stat().st_size for chunk in folder.glob("*.usdc"))
     with _placed(folder, target) as path:
         frames: int = apart("merge", folder, path, size=size, trusted=trusted)
@@ -270,17 +249,12 @@ def _placed(folder: Path, target: Path) -> Iterator[str]:
     """A path in a folder of chunks to write the stage to, which then becomes the target."""
     if target.suffix.lower() != PACKED:
         keep_textures(target.parent, kept_textures(folder))
-    with USD, replacing(target, within=folder) as path:
+    beside = folder.parent == target.parent
+    with USD, replacing(target, within=folder if beside else None) as path:
         yield str(path)
 
 
-def _nothing(target: Path, free: list[Claim]) -> str:
-    if set(folders_of(target)) - {one.folder for one in free}:
-        return f"{str(target)!r} is still being written; recover it once that has ended"
-    return f"nothing to recover for {str(target)!r}: no chunks stand beside it"
-
-
-def _abandon(left: Claim) -> None:
+def abandon(left: Claim) -> None:
     """Let go of a folder; one without a frame is deleted."""
     if not left.held:
         return

@@ -30,6 +30,11 @@ def speak_for(process: int) -> None:
     _named_process = process
 
 
+def is_this_process(process: int) -> bool:
+    """Whether it is this one, or the one that this one speaks for."""
+    return process in (os.getpid(), _named_process)
+
+
 @dataclass
 class Claim:
     """A folder of chunks and its lock, which is held until it is let go, by this process alone.
@@ -52,6 +57,9 @@ class Claim:
     def release(self) -> None:
         """Let go of the lock; the folder stays."""
         if self.held and self.lock is not None:
+            with suppress(OSError):
+                # a fork has the same lock, which would stay with it
+                fcntl.flock(self.lock, fcntl.LOCK_UN)
             os.close(self.lock)
         self.process = 0
 
@@ -97,7 +105,7 @@ def _changed(folder: Path) -> int:
 
 
 def writing_process(target: Path, but: Path | None = None) -> int | None:
-    """Number of another process that writes ``target``, or None.
+    """Number of the process whose other writer writes ``target``, or None.
 
     Args:
         target: what is written.
@@ -115,7 +123,7 @@ def writing_process(target: Path, but: Path | None = None) -> int | None:
             process = int((folder / LOCK).read_text())
             since = (folder / LOCK).stat().st_mtime_ns
             older = own is None or since <= own.st_mtime_ns
-            if older and process != os.getpid():
+            if older:
                 return process
     return None
 

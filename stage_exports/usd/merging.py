@@ -57,8 +57,8 @@ def _merged_on_disk(home: Path, groups: list[list[Path]], target: str) -> int:
 
     Each saving leaves some of what stood in the file unused, so groups are large.
     """
-    growing = home / GROWING
-    growing.unlink(missing_ok=True)
+    # not in their folder, which may be on another disk
+    growing = Path(target).with_name(GROWING)
     merged = Sdf.Layer.CreateNew(str(growing))
     if merged is None:
         raise OSError("USD could not begin the layer")
@@ -158,7 +158,7 @@ def _pack(inner: Path, target: Path, textures: Mapping[str, bytes]) -> None:
         raise OSError("USD could not pack the layer")
 
 
-def reason(error: Exception) -> str:
+def reason(error: BaseException) -> str:
     """The cause alone: USD appends every error that followed from it."""
     if isinstance(error, Tf.ErrorException) and error.args:
         return str(error.args[0].commentary)

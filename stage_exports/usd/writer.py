@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import RLock
 from types import TracebackType
@@ -20,6 +20,7 @@ from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice, camer
 from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
 from warp_softbody.stage_exports.usd.chunks import USD, ChunkFolder
 from warp_softbody.stage_exports.usd.frame_checks import checked_time_code, owned
+from warp_softbody.stage_exports.usd.merging import reason
 from warp_softbody.stage_exports.usd.physics_names import PROFILES, Profile
 from warp_softbody.stage_exports.usd.samples import SampleLayer, TimedFrame, all_series
 from warp_softbody.stage_exports.usd.scene_checks import checked_metadata, checked_static_layer
@@ -39,9 +40,8 @@ class StageWriter:
     become one valid file that replaces an older one in a single step. Without a frame nothing is
     left behind. A finished take lets go of chunks that a crashed one of its name left.
 
-    A path that another process writes is refused. Of two writers of one path in one process the one
-    that closes last is refused, and its frames are kept for `recover`. A writer may be shared by
-    threads; the times of the frames must increase all the same.
+    A path that another writer has begun to write, in this process or another one, is refused. A
+    writer may be shared by threads; the times of the frames must increase all the same.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class StageWriter:
 
         Raises:
             InputError: an option or a part of the scene cannot be stored.
-            OutputError: the path cannot be written, or another process writes it.
+            OutputError: the path cannot be written, or another writer writes it.
         """
         fps = checks.number("fps of a StageWriter", fps, above=0.0, unit="1/s")
         chunk_frames = checks.whole("chunk_frames of a StageWriter", chunk_frames, low=1)
@@ -109,7 +109,8 @@ class StageWriter:
 
         Raises:
             InputError: the frame is not one of this scene, or not later than the last one.
-            OutputError: the writer is closed, or a chunk could not be written.
+            OutputError: the writer is closed, or a chunk could not be written: it is closed then,
+                and the sentence says what is kept.
         """
         checks.instance("frame to write", frame, Frame)
         with self._lock:
@@ -121,16 +122,19 @@ class StageWriter:
             self._pending.append(TimedFrame(time_code, own, view))
             self._last_time_code = time_code
             if self._waiting >= self._chunk_frames:
-                self._flush()
+                with self._closing():
+                    self._flush()
 
     def settle(self) -> None:
         """Do what can be done before the end, for a caller who has time: nothing depends on it.
 
         Raises:
-            OutputError: what does not move could not be stored.
+            OutputError: as `write` raises it.
         """
         with self._lock:
-            if not self._closed:
+            if self._closed:
+                return
+            with self._closing():
                 self._settle()
                 self._chunks.to_disk()
                 if 2 * self._waiting >= self._chunk_frames:
@@ -169,7 +173,7 @@ class StageWriter:
             self._chunks.leave()
 
     def __enter__(self) -> StageWriter:
-        """Write inside the body; from here on no other process may write this path."""
+        """Write inside the body; from here on no other writer may write this path."""
         with self._lock:
             self._require_open()
             self._chunks.begin()
@@ -183,6 +187,21 @@ class StageWriter:
     ) -> None:
         """Keep the frames so far, whatever ended the body."""
         self.close()
+
+    @contextmanager
+    def _closing(self) -> Iterator[None]:
+        """Where a disk is full, close at once, so that one sentence can say what is kept."""
+        try:
+            yield
+        except OutputError as error:
+            self.close()
+            if not self._frames:
+                raise
+            cause = error.__cause__ or error
+            raise OutputError(
+                f"{str(self._path)!r} could not be written to its end "
+                f"({reason(cause)}); it is a stage of the first {self._frames} frames"
+            ) from cause
 
     def _require_open(self) -> None:
         if self._closed:

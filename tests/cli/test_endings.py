@@ -50,11 +50,16 @@ def test_a_killed_run_is_recovered_and_a_live_one_is_left(
         assert "being written" in answer.err or f"process {process.pid}" in answer.err
     process.kill()
     process.communicate()
-    answer = call("recover", out, "--json")
+    out.write_text("somebody else's")
+    answer = call("recover", out)
+    assert answer.code == 2 and "take.usdc' stays as it is" in answer.err and "--out" in answer.err
+    other = tmp_path / "other.usdc"
+    answer = call("recover", out, "--out", other, "--json")
     told = json.loads(answer.out)
-    assert (answer.code, answer.err, told["stage"]) == (0, "", str(out))
-    assert len(read_take(out)) == told["frames"] >= 120
-    assert validate(out) == [] and [path.name for path in tmp_path.iterdir()] == ["take.usdc"]
+    assert (answer.code, answer.err, told["stage"]) == (0, "", str(other))
+    assert len(read_take(other)) == told["frames"] >= 120 and validate(other) == []
+    assert out.read_text() == "somebody else's"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other.usdc", "take.usdc"]
     answer = call("recover", out)
     assert answer.code == 2 and "nothing to recover" in answer.err
 

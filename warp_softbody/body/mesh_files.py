@@ -108,6 +108,8 @@ def check_writable(path: Path) -> None:
         )
     if os.path.isdir(path):
         raise OutputError(f"{path}: cannot be written: it is a folder")
+    if os.path.isfile(path.parent):
+        raise OutputError(f"{path}: cannot be written: {path.parent} is a file and no folder")
     if not os.path.isdir(path.parent):
         raise OutputError(f"{path}: cannot be written: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK | os.X_OK):

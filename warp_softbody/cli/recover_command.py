@@ -21,6 +21,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "stage", metavar="STAGE", type=Path, help="the file that the run was to write"
     )
+    parser.add_argument(
+        "--out", metavar="F.usdc", type=Path, help="where to write the stage instead of STAGE"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(handler=run)
 
@@ -29,12 +32,13 @@ def run(args: argparse.Namespace) -> int:
     """Write the stage and say how many frames it has; return 0.
 
     Raises:
-        SoftBodyError: nothing was left, a chunk is damaged, or the stage cannot be written.
+        SoftBodyError: nothing was left, a chunk is damaged, the stage cannot be written, or a
+            file stands there that the run was not to replace.
     """
     with held_back():
-        from warp_softbody.stage_exports.usd.chunks import recovered
+        from warp_softbody.stage_exports.usd.recovery import recovered
 
-    path, frames = recovered(args.stage)
+    path, frames = recovered(args.stage, args.out)
     if args.json:
         say(json.dumps({"stage": str(path), "frames": frames}))
     else:

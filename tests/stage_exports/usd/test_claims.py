@@ -101,21 +101,48 @@ def test_a_killed_take_stays_until_a_new_one_is_whole(
     assert len(read_take(path)) == 3 and names(tmp_path) == ["taken.usdc"]
 
 
-def test_two_writers_of_one_path_do_not_mix(scene: Scene, make_frames: Any, tmp_path: Path) -> None:
-    """The one that closes last is refused, and its frames are kept."""
+def test_the_second_of_two_writers_in_one_process_is_refused(
+    scene: Scene, make_frames: Any, tmp_path: Path
+) -> None:
+    """Whenever it was made; once the first has closed the path is free."""
     path = tmp_path / "twice.usdc"
     first, second = (StageWriter(path, scene, chunk_frames=2) for _ in range(2))
-    for frame in make_frames(scene, 7):
-        first.write(frame)
-        if frame.index < 5:
-            second.write(replace(frame, positions=frame.positions + 100.0))
-    first.close()
-    assert len(read_take(path)) == 7 and read_take(path).tet_points.max() < 50.0
-    with pytest.raises(OutputError, match="another was written there since this take began"):
-        second.close()
-    assert len(read_take(path)) == 7
-    assert len(read_take(recover(path))) == 5 and read_take(path).tet_points.min() > 50.0
-    assert names(tmp_path) == ["twice.usdc"]
+    with first:
+        for frame in make_frames(scene, 7):
+            first.write(frame)
+            with pytest.raises(OutputError, match="another writer of this process is writing it"):
+                second.write(replace(frame, positions=frame.positions + 100.0))
+            with pytest.raises(OutputError, match="another writer of this process is writing it"):
+                StageWriter(path, scene)
+        assert len(folders_of(path)) == 1
+    assert len(read_take(path)) == 7 and names(tmp_path) == ["twice.usdc"]
+    with StageWriter(path, scene) as third:
+        third.write(next(make_frames(scene)))
+    assert len(read_take(path)) == 1
+
+
+def test_recover_leaves_a_file_of_somebody_else(
+    scene: Scene, make_frames: Any, tmp_path: Path
+) -> None:
+    """One that appeared during the take; what the chunks hold is made elsewhere."""
+    path, out = tmp_path / "take.usdc", tmp_path / "elsewhere" / "other.usda"
+    out.parent.mkdir()
+    writer = StageWriter(path, scene, chunk_frames=2)
+    for frame in make_frames(scene, 5):
+        writer.write(frame)
+    path.write_bytes(b"precious")
+    with pytest.raises(OutputError, match=r"another was written there.*recover.*--out OTHER"):
+        writer.close()
+    for place in (None, path):
+        with pytest.raises(OutputError, match=r"take\.usdc' stays as it is"):
+            recover(path, place)
+    out.write_bytes(b"too")
+    with pytest.raises(OutputError, match=r"other\.usda' stays as it is"):
+        recover(path, out)
+    assert path.read_bytes() == b"precious" and out.read_bytes() == b"too"
+    out.unlink()
+    assert recover(path, out) == out and len(read_take(out)) == 5
+    assert path.read_bytes() == b"precious" and names(tmp_path) == ["elsewhere", "take.usdc"]
 
 
 def test_a_take_that_begins_after_another_has_ended_replaces_it(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import resource
 import signal
 from collections.abc import Callable, Iterator
@@ -13,7 +14,8 @@ import pytest
 
 from warp_softbody.atomic_files import replace_text
 from warp_softbody.errors import OutputError
-from warp_softbody.stage_exports import Movie, StageWriter, draw_picture
+from warp_softbody.stage_exports import Movie, StageWriter, draw_picture, read_take, recover
+from warp_softbody.stage_exports.usd import chunks
 from warp_softbody.world.scene import Scene
 
 Write = Callable[[Path, Scene, Any], None]
@@ -78,3 +80,48 @@ def test_a_file_that_does_not_fit(
     # with room all is well
     write(path, scene, make_frames(scene, 6))
     assert len(path.read_bytes()) > 2000
+
+
+@pytest.mark.parametrize(
+    ("name", "room", "sentence", "kept"),
+    [
+        # the stage that grows has room, a chunk has none
+        ("a.usdc", 2, r"to its end \(No space left[^']*; it is a stage of the first 6 frames$", 6),
+        ("a.usdc", 0, r"to its end \(No space left[^']*; it is a stage of the first 2 frames$", 2),
+        # made of chunks at the end
+        ("a.usda", 2, r"written \(No space left on device\); the closed chunks [^']*$", 4),
+        ("a.usda", 0, r"written \(No space left on device\); no frame of the take is kept$", 0),
+    ],
+)
+def test_one_sentence_tells_what_is_kept(
+    scene: Scene,
+    make_frames: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    room: int,
+    sentence: str,
+    kept: int,
+) -> None:
+    """Room for so many chunks."""
+    path = tmp_path / name
+    stored = chunks._stored
+
+    def full(layer: Any, place: Path) -> None:
+        if place.name.startswith("frames_") and int(place.stem[7:]) >= 2 * room:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        stored(layer, place)
+
+    monkeypatch.setattr(chunks, "_stored", full)
+    with (
+        pytest.raises(OutputError, match=sentence),
+        StageWriter(path, scene, chunk_frames=2) as one,
+    ):
+        for frame in make_frames(scene, 9):
+            one.write(frame)
+    monkeypatch.undo()
+    if "chunks" in sentence:
+        assert not path.exists()
+        recover(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == [name] * (kept > 0)
+    assert kept == 0 or len(read_take(path)) == kept

@@ -183,15 +183,17 @@ def test_a_full_disk_keeps_every_closed_chunk(tmp_path: Path) -> None:
         ("take", "must end in one of"),
         ("folder.usdc", "it is a folder"),
         ("missing/take.usdc", "there is no folder"),
+        ("file/take.usdc", "file' is a file and no folder"),
     ],
 )
 def test_bad_targets_are_refused_at_once(
     scene: Scene, tmp_path: Path, name: str, sentence: str
 ) -> None:
     (tmp_path / "folder.usdc").mkdir()
+    (tmp_path / "file").touch()
     with pytest.raises(OutputError, match=sentence):
         StageWriter(tmp_path / name, scene)
-    assert [path.name for path in tmp_path.iterdir()] == ["folder.usdc"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.usdc"]
 
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a folder nobody may write in")
