@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.gesture import Gesture, GestureGains
     from warp_softbody.controllers.motions.jump import Jump
     from warp_softbody.controllers.motions.jump_gains import JumpGains
+    from warp_softbody.controllers.motions.motion import Motion
     from warp_softbody.controllers.motions.roll import Roll
     from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
-    from warp_softbody.controllers.motions.sequence import Motion, Sequence
+    from warp_softbody.controllers.motions.sequence import Sequence
     from warp_softbody.controllers.motions.slide import Slide, SlideGains
     from warp_softbody.controllers.motions.steering import Steering, Trail
     from warp_softbody.controllers.motions.walk import DIAGONAL_PAIRS, ONE_BY_ONE, Walk
@@ -76,7 +77,7 @@ _HOMES = {
     "Jump": "motions.jump",
     "JumpGains": "motions.jump_gains",
     "Leg": "motions.roll_gains",
-    "Motion": "motions.sequence",
+    "Motion": "motions.motion",
     "ONE_BY_ONE": "motions.walk",
     "Objective": "objectives",
     "Patch": "patches",

@@ -7,7 +7,9 @@ from typing import Any
 
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.controller import Controller, Goals, seen
+from warp_softbody.controllers.inner_controllers import says, two_with_one
 from warp_softbody.controllers.motions.composition import weighed
+from warp_softbody.controllers.motions.motion_span import MotionSpan, course_of
 from warp_softbody.controllers.objectives import Objective
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks, input_kinds
@@ -41,7 +43,7 @@ class Combined:
             weights: by which the objectives of each count, 1 each where none are given.
 
         Raises:
-            InputError: there are none, or not as many weights.
+            InputError: there are none, not as many weights, or one controller twice.
         """
         given = checks.several("together of Combined", together, "controllers")
         if not given:
@@ -49,11 +51,27 @@ class Combined:
         self._first: Controller = input_kinds.controller("together[0] of Combined", given[0])
         self._others = [_checked(number + 1, own) for number, own in enumerate(given[1:])]
         self._weights = _checked_weights(weights, len(given))
+        if two_with_one([own] for own in self.controllers):
+            raise InputError(
+                "two of together of Combined have one controller, which remembers its steps; "
+                "make one for each"
+            )
 
     @property
     def together(self) -> tuple[Controller | Wish, ...]:
         """All of them."""
         return (self._first, *(own for own, _ in self._others))
+
+    @property
+    def controllers(self) -> tuple[Controller, ...]:
+        """Those of them that are controllers."""
+        return (self._first, *(own for own, is_wish in self._others if not is_wish))
+
+    @property
+    def course(self) -> tuple[MotionSpan, ...]:
+        """The motions that have begun in any of them, in the order of their times."""
+        spans = [span for own in self.controllers for span in course_of(own)]
+        return tuple(sorted(spans, key=lambda span: span.begun))
 
     @property
     def weights(self) -> tuple[float, ...]:
@@ -63,21 +81,21 @@ class Combined:
     @property
     def keeps_upright(self) -> bool:
         """Whether the first does."""
-        return bool(getattr(self._first, "keeps_upright", False))
+        return says(self._first, "keeps_upright")
 
     @property
     def finished(self) -> bool:
         """Whether the first has."""
-        return bool(getattr(self._first, "finished", False))
+        return says(self._first, "finished")
 
     @property
     def interruptible(self) -> bool:
         """Whether the first is."""
-        return bool(getattr(self._first, "interruptible", True))
+        return says(self._first, "interruptible", otherwise=True)
 
     def begin(self, view: BodyView, standing: BodyView) -> None:
         """Tell all that a motion begins, as a `Sequence` does."""
-        for own in (self._first, *(own for own, is_wish in self._others if not is_wish)):
+        for own in self.controllers:
             told(own, view, standing)
 
     def goals(self, view: BodyView) -> Goals | None:
@@ -107,6 +125,18 @@ def told(controller: Any, view: BodyView, standing: BodyView) -> None:
         controller.begin(view, standing)
     else:
         controller.goals(standing)
+
+
+def told_first(controller: Any, view: BodyView, standing: BodyView) -> None:
+    """As `told`, for the first motion of a run: what has no ``begin`` is asked of no step before.
+
+    It remembers the heights and places of the body as the run begins.
+    """
+    if isinstance(controller, Combined):
+        for own in controller.controllers:
+            told_first(own, view, standing)
+    elif hasattr(controller, "begin"):
+        controller.begin(view, standing)
 
 
 def _checked(number: int, given: object) -> tuple[Any, bool]:

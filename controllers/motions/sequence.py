@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.arguments import remembered, suited_by
+from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits
 from warp_softbody.controllers.controller import Controller, Goals, seen
-from warp_softbody.controllers.motions.combined import told
+from warp_softbody.controllers.inner_controllers import says, two_with_one
+from warp_softbody.controllers.motions.combined import told, told_first
 from warp_softbody.controllers.motions.composition import faded
-from warp_softbody.controllers.motions.motion_span import MotionSpan
+from warp_softbody.controllers.motions.motion import Motion
+from warp_softbody.controllers.motions.motion_span import MotionSpan, with_inner_spans
 from warp_softbody.controllers.motions.standing_view import (
     Workroom,
     from_its_start,
@@ -29,67 +28,6 @@ from warp_softbody.world.view import BodyView
 
 PATIENCE = 5.0
 """sqrt(L/g), for which a motion that is over is let go on until it can be interrupted."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Motion:
-    """A motion of a sequence, and when it is over: at the first of its ends that comes.
-
-    Without any it is over when its controller says so by an attribute ``finished``, as `Jump`,
-    `Roll` and `Exercise` do.
-
-    Attributes:
-        controller: that moves the body meanwhile.
-        seconds: s, after which it is over.
-        distance: m, along the ground, of the centre of mass from where it began.
-        until: function of a `BodyView`, whose time begins with the motion; over once it is true.
-        name: in what is told of the run; None for that of the controller's class.
-    """
-
-    controller: Controller
-    seconds: float | None = None
-    distance: float | None = None
-    until: Callable[[BodyView], bool] | None = None
-    name: str | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what is no controller, and ends that never come or come at once."""
-        input_kinds.controller("Motion.controller", self.controller)
-        for field, unit in (("seconds", "s"), ("distance", "m")):
-            value = getattr(self, field)
-            if value is not None:
-                label = f"Motion.{field}"
-                checks.keep(self, **{field: checks.number(label, value, above=0.0, unit=unit)})
-        if self.until is not None:
-            checks.called_with("Motion.until", self.until, 1, "a function of a view")
-        if self.name is not None:
-            input_kinds.name("Motion.name", self.name)
-
-    @property
-    def title(self) -> str:
-        """What it is called."""
-        suited = suited_by(self.controller)
-        kind = type(self.controller) if suited is None else suited[0]
-        return self.name or kind.__name__.lower()
-
-    @property
-    def ends(self) -> bool:
-        """Whether it ever ends."""
-        given = (self.seconds, self.distance, self.until)
-        return any(end is not None for end in given) or hasattr(self.controller, "finished")
-
-    def is_over(self, view: BodyView, start: FloatArray, controller: Any) -> bool:
-        """Whether it is over in a step of its own time, for a body that began at ``start``, m."""
-        if self.seconds is not None and view.time >= self.seconds - 0.5 * view.time_step:
-            return True
-        if self.distance is not None:
-            way = (view.center_of_mass - start)[:2]
-            if float(np.hypot(*way)) >= self.distance:
-                return True
-        if self.until is not None and self.until(view):
-            return True
-        only = self.seconds is None and self.distance is None and self.until is None
-        return only and bool(getattr(controller, "finished", False))
 
 
 class _Running(NamedTuple):
@@ -149,24 +87,33 @@ class Sequence:
             raise InputError("motions of Sequence must hold a motion at least")
         _refuse_endless(self._motions if self._rounds > 1 else self._motions[:-1])
         # those of a controller that stands there twice would go on where they were
-        self._copied = self._rounds > 1 or len({id(m.controller) for m in self._motions}) < len(
-            self._motions
-        )
+        given_twice = two_with_one([own.controller] for own in self._motions)
+        self._copied = self._rounds > 1 or given_twice is not None
         self._number = -1
         self._now: _Running | None = None
         self._before: _Running | None = None
+        # of the motions before the present one
         self._spans: list[MotionSpan] = []
         self._over: float | None = None
 
     @property
     def keeps_upright(self) -> bool:
         """Whether the last motion does."""
-        return bool(getattr(self._motions[-1].controller, "keeps_upright", False))
+        return says(self._motions[-1].controller, "keeps_upright")
 
     @property
     def course(self) -> tuple[MotionSpan, ...]:
         """The motions that have begun, in the times of the views that the sequence was shown."""
-        return tuple(self._spans)
+        now = self._now
+        if now is None:
+            return ()
+        span = MotionSpan(name=now.motion.title, begun=now.begun)
+        return (*self._spans, *with_inner_spans(span, now.controller))
+
+    @property
+    def controllers(self) -> tuple[Controller, ...]:
+        """Those of the motions."""
+        return tuple(own.controller for own in self._motions)
 
     @property
     def motions(self) -> tuple[Motion, ...]:
@@ -181,7 +128,7 @@ class Sequence:
     @property
     def interruptible(self) -> bool:
         """Whether the present motion is."""
-        return self._now is None or bool(getattr(self._now.controller, "interruptible", True))
+        return self._now is None or says(self._now.controller, "interruptible", otherwise=True)
 
     @property
     def _count(self) -> int:
@@ -221,23 +168,24 @@ class Sequence:
         if self._over is None:
             return False
         patience = PATIENCE * BodyUnits.of(view).time
-        return view.time - self._over > patience or bool(
-            getattr(now.controller, "interruptible", True)
+        return view.time - self._over > patience or says(
+            now.controller, "interruptible", otherwise=True
         )
 
     def _enter(self, view: BodyView) -> None:
         """Begin the next motion."""
+        before = self._now
+        if before is not None:
+            span = MotionSpan(name=before.motion.title, begun=before.begun, ended=view.time)
+            self._spans += with_inner_spans(span, before.controller)
         self._number += 1
-        self._over, self._before = None, self._now
+        self._over, self._before = None, before
         motion = self._motions[self._number % len(self._motions)]
         controller = copy.deepcopy(motion.controller) if self._copied else motion.controller
         self._now = _Running(motion, controller, view.time, view.center_of_mass.copy(), Workroom())
-        if self._number > 0:
-            own = self._now.view(view)
-            told(controller, own, standing_view(own))
-            last = self._spans[-1]
-            self._spans[-1] = MotionSpan(name=last.name, begun=last.begun, ended=view.time)
-        self._spans.append(MotionSpan(name=motion.title, begun=view.time))
+        own = self._now.view(view)
+        tell = told_first if before is None else told
+        tell(controller, own, standing_view(own))
 
 
 def _as_motion(number: int, given: object) -> Motion:

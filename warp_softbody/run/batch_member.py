@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from warp_softbody.controllers.controller import Controller
+from warp_softbody.controllers.inner_controllers import two_with_one
 from warp_softbody.engine.model_sharing import same_meshes
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks, input_kinds
@@ -67,7 +68,6 @@ def members_of(scene: Scene, count: int, vary: Vary | None, seed: int) -> tuple[
         InputError: ``vary`` returns no member, one of other meshes, or another one's controller.
     """
     found: list[BatchMember] = []
-    owners: dict[int, int] = {}
     for index in range(count):
         random = np.random.default_rng([seed, index])
         member = BatchMember(index=index, scene=scene, random=random)
@@ -78,14 +78,13 @@ def members_of(scene: Scene, count: int, vary: Vary | None, seed: int) -> tuple[
                 f"member {index} of a Batch has other bodies or meshes than its scene; "
                 "members may differ in all else"
             )
-        for controller in member.controllers:
-            other = owners.setdefault(id(controller), index)
-            if other != index:
-                raise InputError(
-                    f"members {other} and {index} of a Batch have one controller, which remembers "
-                    "its steps; let vary make one for each"
-                )
         found.append(member)
+    pair = two_with_one(member.controllers for member in found)
+    if pair is not None:
+        raise InputError(
+            f"members {pair[0]} and {pair[1]} of a Batch have one controller, which remembers its "
+            "steps; let vary make one for each"
+        )
     return tuple(found)
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
-from warp_softbody.controllers.motions.motion_span import MotionSpan
+from warp_softbody.controllers.inner_controllers import says, two_with_one
+from warp_softbody.controllers.motions.motion_span import MotionSpan, course_of
 from warp_softbody.engine.part_rows import part_named
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.engine.stepper import Stepper
@@ -46,7 +47,7 @@ class ControlledBody:
         scene = stepper.model.scene
         self._part = None if name is None else part_named(scene, name)
         self.name = scene.parts[0].name if name is None else name
-        self.keeps_upright = bool(getattr(controller, "keeps_upright", False))
+        self.keeps_upright = says(controller, "keeps_upright")
         self.segments = slice(None) if self._part is None else self._part.segments
         self._alone = None if name is None else _alone(scene, name)
         self._workroom: dict[Any, Any] | None = {} if stepper.model.options.native_code else None
@@ -65,7 +66,7 @@ class ControlledBody:
     @property
     def course(self) -> tuple[MotionSpan, ...]:
         """The motions of its controller so far, where that takes several in sequence."""
-        return tuple(getattr(self._controller, "course", ()))
+        return course_of(self._controller)
 
     def view(self, whole: BodyView) -> BodyView:
         """What the controller sees of a view of all bodies."""
@@ -164,7 +165,7 @@ def controlled_bodies(
                 "is given by itself"
             )
         asked.append((name, other))
-    if len({id(each) for _, each in asked}) < len(asked):
+    if two_with_one([each] for _, each in asked):
         raise InputError(
             "two bodies of a Simulation have one controller, which remembers its steps; "
             "make one for each"

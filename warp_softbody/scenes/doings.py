@@ -15,9 +15,10 @@ from warp_softbody.controllers.motions.for_any_body.jumping import jump_gains
 from warp_softbody.controllers.motions.for_any_body.taught import with_numbers
 from warp_softbody.controllers.motions.for_any_body.ways import way_to_crawl, way_to_walk
 from warp_softbody.controllers.motions.jump import Jump
+from warp_softbody.controllers.motions.motion import Motion
 from warp_softbody.controllers.motions.roll import Roll
 from warp_softbody.controllers.motions.roll_gains import ANY_BODY as ROLLING
-from warp_softbody.controllers.motions.sequence import Motion, Sequence
+from warp_softbody.controllers.motions.sequence import Sequence
 from warp_softbody.controllers.motions.walk import Walk
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
