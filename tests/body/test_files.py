@@ -111,6 +111,9 @@ def test_unknown_output_extension(cube: TetMesh, tmp_path: Path) -> None:
 def test_output_folder_must_exist(cube: TetMesh, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="there is no folder"):
         cube.write(tmp_path / "absent" / "body.vtu")
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="file is a file and no folder"):
+        cube.write(tmp_path / "file" / "body.vtu")
     (tmp_path / "folder.vtu").mkdir()
     with pytest.raises(OutputError, match="it is a folder"):
         cube.write(tmp_path / "folder.vtu")

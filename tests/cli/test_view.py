@@ -134,6 +134,7 @@ def test_a_browser_is_opened_only_where_there_is_a_display(
         (("none.usdc",), "none.usdc"),
         (("balance-i", "--port", "70000"), "--port: must be a whole number from 0 to 65535"),
         (("balance-i", "--record", "none"), "--record: there is no folder 'none'"),
+        (("balance-i", "--record", __file__), "test_view.py' is a file and no folder"),
         (("balance-i", "--set", "pull=1"), "pull"),
         (("stack", "--controller", "qpcc"), "has no controller"),
     ],

@@ -125,6 +125,8 @@ def _live(args: argparse.Namespace) -> int:
     )
     given.seconds = None
     plan = _plan(given)
+    if args.record.is_file():
+        raise OutputError(f"--record: {str(args.record)!r} is a file and no folder")
     if not args.record.is_dir():
         raise OutputError(f"--record: there is no folder {str(args.record)!r}")
     with (
