@@ -18,6 +18,21 @@ def says(controller: object, attribute: str, *, otherwise: bool = False) -> bool
     return checks.truth(f"{attribute} of a {type(controller).__name__}", value)
 
 
+def told_by(controller: Controller) -> Controller:
+    """One whose attributes are what a `Sequence` looks at, as far as they tell before a run.
+
+    Raises:
+        InputError: ``finished`` is a method, or ``begin`` takes no two views.
+    """
+    if callable(getattr(controller, "finished", None)):
+        says(controller, "finished")
+    begin = getattr(controller, "begin", None)
+    if begin is not None:
+        label = f"begin of a {type(controller).__name__}"
+        checks.called_with(label, begin, 2, "a function of two views")
+    return controller
+
+
 def with_inner(controller: Controller) -> Iterator[Controller]:
     """A controller and all within it, as deep as they lie: by its attribute ``controllers``."""
     yield controller

@@ -7,7 +7,7 @@ from typing import Any
 
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.controller import Controller, Goals, seen
-from warp_softbody.controllers.inner_controllers import says, two_with_one
+from warp_softbody.controllers.inner_controllers import says, told_by, two_with_one
 from warp_softbody.controllers.motions.composition import weighed
 from warp_softbody.controllers.motions.motion_span import MotionSpan, course_of
 from warp_softbody.controllers.objectives import Objective
@@ -48,7 +48,9 @@ class Combined:
         given = checks.several("together of Combined", together, "controllers")
         if not given:
             raise InputError("together of Combined must hold a controller at least")
-        self._first: Controller = input_kinds.controller("together[0] of Combined", given[0])
+        self._first: Controller = told_by(
+            input_kinds.controller("together[0] of Combined", given[0])
+        )
         self._others = [_checked(number + 1, own) for number, own in enumerate(given[1:])]
         self._weights = _checked_weights(weights, len(given))
         if two_with_one([own] for own in self.controllers):
@@ -127,24 +129,12 @@ def told(controller: Any, view: BodyView, standing: BodyView) -> None:
         controller.goals(standing)
 
 
-def told_first(controller: Any, view: BodyView, standing: BodyView) -> None:
-    """As `told`, for the first motion of a run: what has no ``begin`` is asked of no step before.
-
-    It remembers the heights and places of the body as the run begins.
-    """
-    if isinstance(controller, Combined):
-        for own in controller.controllers:
-            told_first(own, view, standing)
-    elif hasattr(controller, "begin"):
-        controller.begin(view, standing)
-
-
 def _checked(number: int, given: object) -> tuple[Any, bool]:
     """A controller or a wish, and whether it is a wish."""
     label = f"together[{number}] of Combined"
     if not callable(getattr(given, "goals", None)) and callable(given):
         return checks.called_with(label, given, 1, "a controller or a function of a view"), True
-    return input_kinds.controller(label, given), False
+    return told_by(input_kinds.controller(label, given)), False
 
 
 def _checked_weights(weights: object, count: int) -> tuple[float, ...]:

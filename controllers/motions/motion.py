@@ -11,7 +11,7 @@ import numpy as np
 from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.arguments import suited_by
 from warp_softbody.controllers.controller import Controller
-from warp_softbody.controllers.inner_controllers import says
+from warp_softbody.controllers.inner_controllers import says, told_by
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
 
@@ -39,9 +39,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         """Refuse what is no controller, and ends that never come or come at once."""
-        given = input_kinds.controller("Motion.controller", self.controller)
-        if callable(getattr(given, "finished", None)):
-            says(given, "finished")
+        told_by(input_kinds.controller("Motion.controller", self.controller))
         for field, unit in (("seconds", "s"), ("distance", "m")):
             value = getattr(self, field)
             if value is not None:

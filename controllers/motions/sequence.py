@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from warp_softbody.arrays import FloatArray
@@ -11,7 +11,7 @@ from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits
 from warp_softbody.controllers.controller import Controller, Goals, seen
 from warp_softbody.controllers.inner_controllers import says, two_with_one
-from warp_softbody.controllers.motions.combined import told, told_first
+from warp_softbody.controllers.motions.combined import Combined, told
 from warp_softbody.controllers.motions.composition import faded
 from warp_softbody.controllers.motions.motion import Motion
 from warp_softbody.controllers.motions.motion_span import MotionSpan, with_inner_spans
@@ -134,14 +134,18 @@ class Sequence:
     def _count(self) -> int:
         return self._rounds * len(self._motions)
 
+    def begin(self, view: BodyView, standing: BodyView) -> None:
+        """Begin its first motion from a body that another one has moved."""
+        self._enter(seen(view), told)
+
     def goals(self, view: BodyView) -> Goals | None:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
         if self._now is None:
-            self._enter(view)
+            self._enter(view, _told_first)
         elif self._is_over(view, self._now):
             if self._number + 1 < self._count:
-                self._enter(view)
+                self._enter(view, told)
         now = self._now
         assert now is not None
         share = self._share(view, now)
@@ -172,8 +176,8 @@ class Sequence:
             now.controller, "interruptible", otherwise=True
         )
 
-    def _enter(self, view: BodyView) -> None:
-        """Begin the next motion."""
+    def _enter(self, view: BodyView, tell: Callable[[Any, BodyView, BodyView], None]) -> None:
+        """Begin the next motion, and tell its controller so."""
         before = self._now
         if before is not None:
             span = MotionSpan(name=before.motion.title, begun=before.begun, ended=view.time)
@@ -184,8 +188,20 @@ class Sequence:
         controller = copy.deepcopy(motion.controller) if self._copied else motion.controller
         self._now = _Running(motion, controller, view.time, view.center_of_mass.copy(), Workroom())
         own = self._now.view(view)
-        tell = told_first if before is None else told
         tell(controller, own, standing_view(own))
+
+
+def _told_first(controller: Any, view: BodyView, standing: BodyView) -> None:
+    """As `told`, for the first motion of a run: what has no ``begin`` is asked of no step before.
+
+    It remembers the heights and places of the body as the run begins.
+    """
+    if isinstance(controller, Combined):
+        for own in controller.controllers:
+            _told_first(own, view, standing)
+    elif hasattr(controller, "begin") and not isinstance(controller, Sequence):
+        # a sequence tells its own first motion
+        controller.begin(view, standing)
 
 
 def _as_motion(number: int, given: object) -> Motion:

@@ -96,6 +96,22 @@ def test_the_first_motion_is_told_that_it_begins() -> None:
     assert len(first.begun) == len(second.begun) == 1
 
 
+def test_a_sequence_within_tells_its_first_motion_of_the_body_as_it_is() -> None:
+    first, inner, unaware = Told(), Told(), Noted()
+    within = Sequence([Motion(controller=Combined([inner, unaware]), seconds=9.0)])
+    sequence = Sequence([Motion(controller=Sequence([first]), seconds=DT), within], fade=0.0)
+    sequence.goals(view_at(0.0))
+    assert len(first.begun) == 1
+    own = view_at(DT)
+    sequence.goals(replace(own, positions=own.positions * [1.0, 1.0, 0.5]))
+    ((time, height, at_rest),) = inner.begun
+    assert time == 0.0
+    assert at_rest == pytest.approx(2.0 * height, rel=1e-6)
+    # at rest, and then of its first step
+    assert unaware.heights == pytest.approx([at_rest, height])
+    assert [span.name for span in sequence.course] == ["sequence: told", "sequence: combined"]
+
+
 def test_courses_are_handed_through() -> None:
     inner = Sequence([Motion(controller=Noted(), seconds=2 * DT, name="one"), Noted()], fade=0.0)
     outer = Sequence(
@@ -152,3 +168,13 @@ def test_a_method_in_place_of_a_truth_value_is_refused_where_it_is_given() -> No
 
     with pytest.raises(InputError, match="finished of a Method must be True or False"):
         Sequence([Method(), Noted()])
+
+
+def test_a_begin_that_takes_no_two_views_is_refused() -> None:
+    class Short(Noted):
+        def begin(self, view: BodyView) -> None:
+            pass
+
+    for compose in (lambda own: Motion(controller=own), lambda own: Combined([Noted(), own])):
+        with pytest.raises(InputError, match="begin of a Short must be a function of two views"):
+            compose(Short())
