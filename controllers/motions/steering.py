@@ -101,12 +101,13 @@ class Trail(Value):
 
     def nearest(self, place: FloatArray, low: float, high: float) -> float:
         """The way along the trail, m, between two ways, at which it comes nearest to a place."""
-        lengths, ways = np.diff(self._arcs), np.diff(self.points, axis=0)
-        along = ((place - self.points[:-1]) * ways).sum(axis=1) / lengths
-        along = self._arcs[:-1] + np.clip(along, 0.0, lengths)
-        along = np.clip(along, low, min(high, self.length))
-        found = [math.dist(self.point(arc), place) for arc in along]
-        return float(along[int(np.argmin(found))])
+        arcs, (x, y) = self._arcs, self.points.T
+        lengths, across, up = np.diff(arcs), np.diff(x), np.diff(y)
+        along = ((place[0] - x[:-1]) * across + (place[1] - y[:-1]) * up) / lengths
+        along = arcs[:-1] + np.minimum(np.maximum(along, 0.0), lengths)
+        along = np.minimum(np.maximum(along, low), min(high, self.length))
+        far = np.hypot(np.interp(along, arcs, x) - place[0], np.interp(along, arcs, y) - place[1])
+        return float(along[int(np.argmin(far))])
 
 
 @dataclass(frozen=True, kw_only=True)
