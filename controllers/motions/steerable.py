@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from warp_softbody.controllers.motions.steering import Guide, Steering, SteeringShares, Trail
 
 
-class Steerable:
+class Steerable(ABC):
     """A motion whose guide may be another one from the next step on."""
 
     _guide: Guide | None
@@ -37,8 +39,10 @@ class Steerable:
         """Go on like this from the next step on: shares, -1 to 1, of what the feet can do."""
         self._be_guided(SteeringShares(forward=forward, aside=aside, turning=turning))
 
+    @abstractmethod
     def _be_guided(self, guide: Guide) -> None:
-        raise NotImplementedError
+        """Follow another guide; one that asks for too much is refused, and the last one stays."""
 
+    @abstractmethod
     def _has_arrived(self) -> bool:
-        raise NotImplementedError
+        """Whether a trail was followed to its end."""

@@ -21,10 +21,7 @@ from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to
 from warp_softbody.controllers.motions.guidance import Feet
 from warp_softbody.controllers.motions.moving_frame import MovingFrame
 from warp_softbody.controllers.motions.steerable import Steerable
-from warp_softbody.controllers.motions.steering import (
-    Guide,
-    checked_guide,
-)
+from warp_softbody.controllers.motions.steering import Guide, checked_guide
 from warp_softbody.controllers.motions.tracking import MissingRate, following
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.motions.walk_course import Course
@@ -133,9 +130,9 @@ class Walk(Steerable):
         return self._course is not None and self._course.arrived
 
     def _be_guided(self, guide: Guide) -> None:
-        self._guide = guide
         if self._course is not None:
             self._course.steer(guide)
+        self._guide = guide
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""

@@ -12,7 +12,7 @@ import pytest
 from tests.scenes.runs import missed, run
 from tests.support.surfaces import BODIES
 from warp_softbody import Character, Plane, Scene, Simulation
-from warp_softbody.controllers import DIAGONAL_PAIRS, Steering, Walk
+from warp_softbody.controllers import DIAGONAL_PAIRS, Steering, Trail, Walk
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.controllers.motions.body_measures import angle_turned
 from warp_softbody.controllers.motions.steering import Guide
@@ -96,3 +96,12 @@ def test_it_walks_a_figure_of_eight(tmp_path: Path) -> None:
     assert math.dist(path[-1], path[0]) < 0.15
     assert path[:, 1].max() > 1.1
     assert path[:, 1].min() < -1.1
+
+
+def test_what_is_refused_under_way_leaves_the_last_guide() -> None:
+    """A trail goes on to its end after a speed that the feet cannot reach was asked for."""
+    walk = steered(Trail(points=np.array([(0.0, 0.0), (0.2, 0.0)])))
+    moved(walk, 0.5)
+    with pytest.raises(InputError, match="this walk moves its feet by at most"):
+        walk.steer(9.0)
+    assert walk.finished is False

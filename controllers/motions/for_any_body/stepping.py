@@ -116,9 +116,9 @@ class Stepping(Steerable):
         return self._guidance is not None and self._guidance.arrived
 
     def _be_guided(self, guide: Guide) -> None:
-        self._guide = guide
         if self._guidance is not None:
             self._guidance.follow(guide)
+        self._guide = guide
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
