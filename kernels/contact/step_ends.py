@@ -140,6 +140,33 @@ def make_step_ends(precision: str) -> SimpleNamespace:
         next_velocities[i] = velocity
         next_positions[i] = positions[i] + step_factors[0] * velocity
 
+    @kernel
+    def exchange_states(
+        # in and out
+        positions: wp.array(dtype=vec3),
+        velocities: wp.array(dtype=vec3),
+        increments: wp.array(dtype=vec3),
+        carry: wp.array(dtype=wp.vec3d),
+        other_positions: wp.array(dtype=vec3),
+        other_velocities: wp.array(dtype=vec3),
+        other_increments: wp.array(dtype=vec3),
+        other_carry: wp.array(dtype=wp.vec3d),
+    ):
+        i = wp.tid()
+        if i < carry.shape[0]:
+            kept = carry[i]
+            carry[i] = other_carry[i]
+            other_carry[i] = kept
+        position = positions[i]
+        positions[i] = other_positions[i]
+        other_positions[i] = position
+        velocity = velocities[i]
+        velocities[i] = other_velocities[i]
+        other_velocities[i] = velocity
+        increment = increments[i]
+        increments[i] = other_increments[i]
+        other_increments[i] = increment
+
     @types.kernel(SUBJECT, "iterations")
     def add_up(
         # in
@@ -188,6 +215,7 @@ def make_step_ends(precision: str) -> SimpleNamespace:
         newton_right_side=newton_right_side,
         begin_iteration=begin_iteration,
         advance_state=advance_state,
+        exchange_states=exchange_states,
         add_up=add_up,
         take_difference=take_difference,
         find_extremes=find_extremes,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import warp_softbody as wsb
+from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.control_solver import ControlSolver
 from warp_softbody.engine.snapshots import Snapshots
@@ -23,18 +24,34 @@ def balancing() -> tuple[wsb.Simulation, wsb.controllers.Controller]:
     return simulation, wsb.scenes.make("balance-i").controller  # type: ignore[return-value]
 
 
+def arrays(state: wsb.State) -> FloatArray:
+    parts = (state.positions, state.velocities, state.increments, state.carry)
+    return np.concatenate([part.numpy() for part in parts]).astype(np.float64)
+
+
 def test_every_step_is_shown_to_its_observers() -> None:
     simulation, _ = balancing()
     seen: list[StepRecord] = []
     twice: list[int] = []
+    begun, ended = [], []
+
+    def keep(step: StepRecord) -> None:
+        begun.append(arrays(step.before))
+        ended.append(arrays(step.state))
+
     simulation.observe(seen.append)
+    simulation.observe(keep)
     simulation.observe(lambda step: twice.append(step.index))
     for _ in range(STEPS):
         simulation.step()
     assert [step.index for step in seen] == twice == list(range(STEPS))
     dt = simulation.model.options.time_step
     np.testing.assert_allclose([step.time for step in seen], dt * np.arange(STEPS))
-    assert seen[-1].state is simulation.state and seen[-1].before is seen[-2].state
+    assert seen[-1].state is simulation.state
+    assert not np.array_equal(begun[-1], ended[-1])
+    # each step begins with all that the one before it left, from the start on
+    np.testing.assert_array_equal(begun[1:], ended[:-1])
+    np.testing.assert_array_equal(begun[0], arrays(wsb.State.at_rest(simulation.model)))
     assert seen[-1].control is simulation.control and seen[-1].contacts is simulation.contacts
     assert all(step.statistics.iterations > 0 and step.decision is not None for step in seen)
     for step in seen:

@@ -182,7 +182,7 @@ class Simulation:
 
     @property
     def state(self) -> State:
-        """Where the nodes are now, and how they move, on the device."""
+        """Where the nodes are now, and how they move, on the device; the same arrays all along."""
         return self._state
 
     @property
@@ -426,7 +426,7 @@ class Simulation:
         statistics = self.stepper.conclude()
         self._refuse_nonsense(statistics)
         begun = self.time
-        self._state, self._after = self._after, self._state
+        self.stepper.exchange(self._state, self._after)
         self._account.note(statistics, begun)
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)

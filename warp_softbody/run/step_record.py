@@ -20,7 +20,7 @@ class StepRecord:
         time: at which it began, s.
         statistics: what it took.
         decision: of the controller; None where there is none, or it wanted nothing.
-        before: the state that the step began in.
+        before: the state that the step began in, as long as observers are called.
         state: the state that it led to.
         control: what acted in it.
         contacts: as it left them.
