@@ -22,6 +22,7 @@ from warp_softbody.controllers.contact_quadrature import NearSurface, measure, s
 from warp_softbody.controllers.native_patches import native_patches, nodes_of
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.inputs.records import Value, unchecked
+from warp_softbody.world.friction_map import map_of
 from warp_softbody.world.ground import Ground
 from warp_softbody.world.view import BodyView
 
@@ -88,7 +89,7 @@ def ground_patches(view: BodyView, regions: tuple[str, ...]) -> tuple[Patch, ...
         return ()
     if view.workroom is None or len(view.impulses) != view.node_count:
         return patches_of(view, ground, measure(view, ground, nodes_of(view, regions)))
-    return _made(ground, native_patches(view, ground, regions))
+    return _made(view, ground, native_patches(view, ground, regions))
 
 
 def patches_of(view: BodyView, ground: Ground, near: NearSurface) -> tuple[Patch, ...]:
@@ -100,12 +101,13 @@ def patches_of(view: BodyView, ground: Ground, near: NearSurface) -> tuple[Patch
     touching = np.logical_or.reduceat(view.touching[near.nodes], near.begins)
     factors = _force_factors(view, near, shares.nodes, frames)
     found = (weights, shares.gaps, shares.areas, frames, factors, touching.tolist())
-    return _made(ground, PatchNumbers(*found))
+    return _made(view, ground, PatchNumbers(*found))
 
 
-def _made(ground: Ground, found: PatchNumbers) -> tuple[Patch, ...]:
+def _made(view: BodyView, ground: Ground, found: PatchNumbers) -> tuple[Patch, ...]:
     """Patches with these numbers."""
     weights, frames, factors = found.weights, found.frames, found.factors
+    frictions = _frictions(view, ground, weights)
     touching, gaps, areas = found.touching, found.gaps.tolist(), found.areas.tolist()
     made = [
         unchecked(
@@ -113,7 +115,7 @@ def _made(ground: Ground, found: PatchNumbers) -> tuple[Patch, ...]:
             weights=weights[i],
             gap=gaps[i],
             frame=frames[i],
-            friction=ground.friction,
+            friction=frictions[i],
             touching=bool(touching[i]),
             factors=factors[i],
             area=areas[i],
@@ -125,6 +127,15 @@ def _made(ground: Ground, found: PatchNumbers) -> tuple[Patch, ...]:
     # a ground that is not ours, or a body far away
     odd = not (all(map(math.isfinite, gaps)) and 0.0 <= ground.friction < math.inf)
     return tuple(replace(patch) for patch in made) if odd else tuple(made)
+
+
+def _frictions(view: BodyView, ground: Ground, weights: FloatArray) -> list[float]:
+    """Coefficients (p,) of patches by their nodal weights (p, n)."""
+    placed = map_of(ground)
+    if placed is None:
+        return [ground.friction] * len(weights)
+    means: list[float] = (ground.friction * (weights @ placed.at(view.positions))).tolist()
+    return means
 
 
 def _frames(view: BodyView, near: NearSurface, shares: FloatArray) -> FloatArray:

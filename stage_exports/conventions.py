@@ -56,6 +56,10 @@ GROUND_HEIGHTS = "softbody:heights"
 GROUND_ROWS = "softbody:rows"
 GROUND_ORIGIN = "softbody:origin"
 GROUND_SPACING = "softbody:spacing"
+FRICTION_FACTORS = "softbody:frictionFactors"
+FRICTION_ROWS = "softbody:frictionRows"
+FRICTION_ORIGIN = "softbody:frictionOrigin"
+FRICTION_SPACING = "softbody:frictionSpacing"
 
 MEANINGS = {
     REST: "m, nodes at rest",
@@ -74,6 +78,10 @@ MEANINGS = {
     GROUND_ROWS: "number of rows of heights",
     GROUND_ORIGIN: "m, x and y of the first height",
     GROUND_SPACING: "m, between heights along x and y",
+    FRICTION_FACTORS: "on Coulomb's coefficient, by cells seen from above, row by row along x",
+    FRICTION_ROWS: "number of rows of factors",
+    FRICTION_ORIGIN: "m, x and y where the first cell begins; beyond the last the outermost go on",
+    FRICTION_SPACING: "m, of the cells along x and y",
 }
 """What the attributes of ours are, as their documentation says."""
 

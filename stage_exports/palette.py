@@ -10,6 +10,9 @@ from warp_softbody.arrays import FloatArray
 GROUND = (0.20, 0.22, 0.25)
 GROUND_DARK = (0.13, 0.145, 0.165)
 
+_SLIPPERY, _ROUGH, _STEEPNESS = 1.6, 0.5, 0.6
+"""Of a ground: brightness without friction, the least one, and what a factor of one takes off."""
+
 # Slack fibres are ivory; the harder one contracts, the bluer it gets. Ivory and blue both stand out
 # on warm and on neutral bodies, and differ in lightness, so the scale also reads without colour.
 _CONTRACTION = np.array([0.0, 0.15, 0.5])
@@ -20,6 +23,11 @@ _STEPS = 64
 
 # Lift, stick, slide, by the value of ContactMode.
 _MODES = np.array([[0.60, 0.60, 0.60], [0.10, 0.60, 0.15], [0.95, 0.45, 0.05]])
+
+
+def friction_shade(factors: npt.ArrayLike) -> FloatArray:
+    """Brightness of a ground by factors on its friction: 1 at 1, more where it slips."""
+    return np.maximum(_SLIPPERY - _STEEPNESS * np.asarray(factors, dtype=np.float64), _ROUGH)
 
 
 def activation_colors(activations: npt.ArrayLike) -> FloatArray:

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         UniformField,
     )
     from warp_softbody.world.frame import ContactSample, Frame
+    from warp_softbody.world.friction_map import FrictionMap
     from warp_softbody.world.ground import Plane
     from warp_softbody.world.handles import Handle
     from warp_softbody.world.height_field import HeightField
@@ -78,6 +79,7 @@ _NAMES = {
     "FiberKind": "body.muscles",
     "ForceField": "world.force_fields",
     "Frame": "world.frame",
+    "FrictionMap": "world.friction_map",
     "Handle": "world.handles",
     "GoalReport": "run.goal_report",
     "HeightField": "world.height_field",
@@ -128,6 +130,7 @@ __all__ = [
     "FiberKind",
     "ForceField",
     "Frame",
+    "FrictionMap",
     "GoalReport",
     "Handle",
     "HeightField",

@@ -56,6 +56,7 @@ class Floor:
         """
         self.normal = np.array(plane.normal)
         self.offset = plane.offset
+        self._placed = plane.friction_map
         self.size = size
         helper = np.array([0.0, 1.0, 0.0])
         if abs(self.normal[1]) > 0.9:
@@ -96,6 +97,9 @@ class Floor:
     def albedo(self, flat: FloatArray, footprint: FloatArray) -> FloatArray:
         """(r,) brightness of grid and ruler, antialiased by the ground that a pixel covers."""
         shade = np.ones(len(flat))
+        if self._placed is not None:
+            places = flat @ self.axes + self.offset * self.normal
+            shade *= palette.friction_shade(self._placed.at(places))
         for step, width in _LINES:
             spacing, half = step * self._spacing, width * self.size
             offset = np.abs((flat / spacing + 0.5) % 1.0 - 0.5) * spacing

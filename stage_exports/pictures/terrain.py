@@ -10,6 +10,7 @@ from warp_softbody.stage_exports.pictures.floor import Floor, FloorRays
 from warp_softbody.stage_exports.pictures.raycast import Caster
 from warp_softbody.stage_exports.pictures.surface import face_normals, normalized
 from warp_softbody.stage_exports.usd.grounds import surface_of
+from warp_softbody.world.friction_map import map_of
 from warp_softbody.world.ground import Ground, Plane
 
 
@@ -25,8 +26,9 @@ def bounce_plane(ground: Ground) -> Plane:
     if isinstance(ground, Plane):
         return ground
     vertices, _ = surface_of(ground)
+    placed = map_of(ground)
     offset = float((vertices @ np.array(ground.normal)).mean())
-    return Plane(normal=ground.normal, offset=offset, friction=ground.friction)
+    return Plane(normal=ground.normal, offset=offset, friction=ground.friction, friction_map=placed)
 
 
 class Terrain(Floor):

@@ -26,6 +26,10 @@ GROUND_NUMBERS = (
     conventions.GROUND_ROWS,
     conventions.GROUND_ORIGIN,
     conventions.GROUND_SPACING,
+    conventions.FRICTION_FACTORS,
+    conventions.FRICTION_ROWS,
+    conventions.FRICTION_ORIGIN,
+    conventions.FRICTION_SPACING,
 )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,15 @@ from warp_softbody.stage_exports import conventions, palette
 from warp_softbody.stage_exports.conventions import IntArray
 from warp_softbody.stage_exports.round_lengths import round_length
 from warp_softbody.stage_exports.usd import usd_arrays as values
+from warp_softbody.stage_exports.usd.ground_friction import (
+    bind_levels,
+    friction_of_faces,
+    map_numbers,
+    read_map,
+    shaded,
+)
 from warp_softbody.stage_exports.usd.stored_arrays import indices
+from warp_softbody.world.friction_map import map_of
 from warp_softbody.world.ground import Ground, Plane
 from warp_softbody.world.height_field import HeightField
 from warp_softbody.world.scene import Scene
@@ -46,13 +55,21 @@ def define_ground(stage: Any, scene: Scene, ground: Ground, materials: tuple[Any
     mesh.CreateNormalsAttr(values.vectors(normals))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.constant if flat else UsdGeom.Tokens.uniform)
     shades = np.where(dark[:, None], palette.GROUND_DARK, palette.GROUND)
+    placed = map_of(ground)
+    friction = None if placed is None else friction_of_faces(placed, points, faces)
+    if friction is not None:
+        shades = shaded(shades, friction)
     mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).Set(values.vectors(shades))
     prim = mesh.GetPrim()
     for name, type_name, value in _numbers(ground):
         attribute = prim.CreateAttribute(name, type_name, custom=True)
         attribute.Set(value)
         attribute.SetDocumentation(conventions.MEANINGS[name])
-    _bind(prim, materials, dark)
+    if friction is None or len(friction.levels) == 1:
+        _bind(prim, materials, dark)
+    else:
+        UsdShade.MaterialBindingAPI.Apply(prim).Bind(materials[0])
+        bind_levels(stage, prim, ground.friction, friction, dark)
 
 
 def _bind(prim: Any, materials: tuple[Any, Any], dark: BoolArray) -> None:
@@ -91,17 +108,19 @@ def read_ground(stored: Mapping[str, npt.NDArray[Any]] | None) -> Ground | None:
             raise ValueError(f"its ground has no value of {name!r}")
     friction = float(stored[conventions.GROUND_FRICTION])
     normal = _triple(stored[conventions.GROUND_NORMAL])
+    placed = read_map(stored)
     if conventions.GROUND_OFFSET in stored:
         offset = float(stored[conventions.GROUND_OFFSET])
-        return Plane(normal=normal, offset=offset, friction=friction)
+        return Plane(normal=normal, offset=offset, friction=friction, friction_map=placed)
     if conventions.GROUND_HEIGHTS in stored:
-        return _read_heights(stored, friction)
+        return replace(_read_heights(stored, friction), friction_map=placed)
     faces = stored["faceVertexIndices"]
     return TriangleGround(
         vertices=np.asarray(stored["points"], dtype=np.float64),
         faces=indices("triangles of the ground", faces, 3, len(stored["points"])),
         friction=friction,
         normal=normal,
+        friction_map=placed,
     )
 
 
@@ -139,6 +158,9 @@ def _numbers(ground: Ground) -> list[tuple[str, Any, Any]]:
         (conventions.GROUND_NORMAL, _TYPES.Vector3d, Gf.Vec3d(*ground.normal)),
         (conventions.GROUND_FRICTION, _TYPES.Double, ground.friction),
     ]
+    placed = map_of(ground)
+    if placed is not None:
+        numbers += map_numbers(placed)
     if isinstance(ground, Plane):
         numbers.append((conventions.GROUND_OFFSET, _TYPES.Double, ground.offset))
     if isinstance(ground, HeightField):

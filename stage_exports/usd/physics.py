@@ -48,11 +48,20 @@ def _define_gravity(stage: Any, scene: Scene) -> None:
 
 
 def _define_ground(stage: Any, friction: float) -> None:
-    """The ground collides; its friction is on its first material."""
+    """The ground collides; its friction is on its first material, and on those of its parts."""
     ground = stage.GetPrimAtPath(conventions.GROUND)
     UsdPhysics.CollisionAPI.Apply(ground)
     UsdPhysics.MeshCollisionAPI.Apply(ground).CreateApproximationAttr(UsdPhysics.Tokens.none)
-    binding = UsdShade.MaterialBindingAPI(ground)
+    _bind_friction(ground, friction)
+    for part in ground.GetChildren():
+        own = part.GetAttribute(conventions.GROUND_FRICTION)
+        if own:
+            _bind_friction(part, float(own.Get()))
+
+
+def _bind_friction(prim: Any, friction: float) -> None:
+    """The material of a ground, or of a part of it, has its friction."""
+    binding = UsdShade.MaterialBindingAPI(prim)
     material, _ = binding.ComputeBoundMaterial()
     surface = UsdPhysics.MaterialAPI.Apply(material.GetPrim())
     surface.CreateStaticFrictionAttr(friction)

@@ -147,6 +147,11 @@ def engine(folder: Path) -> Samples:
         "Fiber": (wsb.Fiber, {"vertices": fiber.vertices, "kind": fiber.kind, "name": "f"}),
         "FiberKind": (wsb.FiberKind, {"value": "radial"}),
         "Frame": (wsb.Frame, {name: getattr(frame(), name) for name in vars(frame())}),
+        "FrictionMap": (wsb.FrictionMap, {"factors": np.ones((3, 2))}),
+        "FrictionMap.stripes": (
+            wsb.FrictionMap.stripes,
+            {"factors": [1.0, 0.5], "width": 0.5, "start": 0.0},
+        ),
         "HeightField": (wsb.HeightField, {"heights": np.zeros((3, 2))}),
         "HeightField.measure": (wsb.HeightField(heights=np.eye(3)).measure, {"points": np.eye(3)}),
         "Material": (wsb.Material, {}),

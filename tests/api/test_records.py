@@ -24,6 +24,7 @@ RECORDS = [
     wsb.Body(character=samples.muscled()),
     wsb.Plane(),
     wsb.HeightField(heights=np.eye(3)),
+    wsb.FrictionMap(factors=np.eye(3)),
     wsb.TriangleGround(vertices=np.eye(3), faces=np.array([[0, 1, 2]])),
     wsb.SimulationOptions(),
     wsb.ControlOptions(),

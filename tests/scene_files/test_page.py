@@ -12,6 +12,7 @@ import pytest
 from tests.docs.pages import ROOT
 from warp_softbody import (
     DragField,
+    FrictionMap,
     HeightField,
     Material,
     MotionPath,
@@ -32,7 +33,7 @@ from warp_softbody.scene_files.shapes import OF_SURFACE, SHAPES
 PAGE = (ROOT / "docs" / "scene-files.md").read_text(encoding="utf-8")
 FIELD_KINDS = (UniformField, RadialField, DragField)
 RECORDS = (
-    *(Plane, HeightField, TriangleGround, Material, Push, MotionPath, RunOutput),
+    *(Plane, HeightField, TriangleGround, FrictionMap, Material, Push, MotionPath, RunOutput),
     *FIELD_KINDS,
 )
 

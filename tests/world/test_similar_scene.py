@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 
 from tests.support.bodies import box, muscular_bar
-from warp_softbody import Body, HeightField, Material, Plane, Push, Scene, TriangleGround, placed
+from warp_softbody import (
+    Body,
+    FrictionMap,
+    HeightField,
+    Material,
+    Plane,
+    Push,
+    Scene,
+    TriangleGround,
+    placed,
+)
 from warp_softbody.body.character import Character
 from warp_softbody.errors import InputError
 from warp_softbody.world.similar_scene import Similarity, similar_scene
@@ -54,6 +64,7 @@ def test_there_and_back_is_the_same_scene() -> None:
     back = Similarity(length=0.25, gravity=4.0)
     grounds = (
         Plane(offset=-0.3, friction=0.4),
+        Plane(friction_map=FrictionMap.stripes([1.0, 0.5], width=0.25, start=-1.0)),
         HeightField(heights=np.array([[0.0, 0.1], [0.2, 0.0]]), spacing=(0.5, 1.0)),
         TriangleGround(vertices=np.eye(3), faces=np.array([[0, 1, 2]])),
         None,

@@ -22,7 +22,7 @@ class GroundArrays:
         nodes: (c,) int32, nodes that may touch, those of the surface.
         body_start: (bodies + 1,) int32, first entry of each body in ``nodes``, and the end.
         tolerances: what counts as zero.
-        friction: (c,) scalar, coefficient of each node.
+        friction: (c,) scalar, coefficient of each node, before a map's factor (`PlacedFriction`).
         forward: (c,) vec3, unit, at rest, of friction by direction; one unused entry without it.
         friction_factors: (c, k) scalar, factors of the coefficient by direction; likewise.
     """

@@ -15,6 +15,7 @@ from warp_softbody.engine.contact_arrays import PassRecord
 from warp_softbody.engine.friction_cone import active_set_of
 from warp_softbody.engine.ground_detection import make_detection
 from warp_softbody.engine.model import Model
+from warp_softbody.engine.placed_friction import PlacedFriction
 from warp_softbody.engine.state import Contacts, State
 from warp_softbody.kernels.contact.pass_conclusion import make_pass_conclusion
 from warp_softbody.kernels.contact.structs import make_contact_structs
@@ -41,6 +42,7 @@ class GroundContact:
         self._kernels = active_set_of(model)
         self._conclude = make_pass_conclusion(precision).conclude_ground
         self._detection = make_detection(model)
+        self._placed = PlacedFriction.of(model)
         structs = self._structs = make_contact_structs(precision)
         record = PassRecord.of(count, model.allocator)
         self._record = struct_of(structs.PassRecord, record)
@@ -61,9 +63,11 @@ class GroundContact:
         arrays, options = self._model.arrays, self._model.options
         if arrays.ground is None:
             return None
+        placed = self._placed
         return struct_of(
             self._structs.GroundContacts,
             arrays.ground,
+            friction=arrays.ground.friction if placed is None else placed.coefficients,
             fixed=arrays.masses.fixed,
             tolerances=struct_of(self._structs.Tolerances, arrays.ground.tolerances),
             max_passes=options.max_contact_passes,
@@ -73,9 +77,11 @@ class GroundContact:
         launch(kernel, dim, inputs, outputs, self._model.options.device)
 
     def detect(self, state: State) -> None:
-        """Launch the contact planes of a step from ``state`` on."""
+        """Launch the contact planes of a step from ``state`` on, and friction given by place."""
         if self._detection is not None:
             self._detection.launch(state, self._planes.normal_velocity, self._planes.normals)
+        if self._placed is not None:
+            self._placed.launch(state)
 
     def impose(self, contacts: Contacts, change: Any) -> None:
         """Launch the velocity constraints of the modes, and the velocities that they give.

@@ -14,6 +14,7 @@ from warp_softbody.errors import InputError
 from warp_softbody.scene_files.beside import Beside
 from warp_softbody.scene_files.records import record_of, table_of
 from warp_softbody.scene_files.tables import Table
+from warp_softbody.world.friction_map import FrictionMap, map_of
 from warp_softbody.world.ground import Ground, Plane
 from warp_softbody.world.height_field import HeightField
 from warp_softbody.world.triangle_ground import TriangleGround
@@ -23,6 +24,7 @@ KINDS: dict[str, type[Any]] = {
     "heights": HeightField,
     "triangles": TriangleGround,
 }
+FRICTION_MAP = "friction_map"
 MOST_INLINE = 64
 """Numbers that are written into the file itself; more stand beside it."""
 
@@ -30,7 +32,7 @@ MOST_INLINE = 64
 def ground_of(table: Table) -> Ground:
     """The ground of a table."""
     kind = table.choice("kind", KINDS)
-    also = ("kind", "file") if kind != "plane" else ("kind",)
+    also = ("kind", "file", FRICTION_MAP) if kind != "plane" else ("kind", FRICTION_MAP)
     given: dict[str, Any] = {}
     if "file" in table and kind != "plane":
         names = ("heights",) if kind == "heights" else ("vertices", "faces")
@@ -39,10 +41,11 @@ def ground_of(table: Table) -> Ground:
                 table.fail(f"goes without {name!r}, which it holds", "file")
         path = table.path("file")
         with table.explained():
-            values = (_heights(path),) if kind == "heights" else _triangles(path)
+            values = (_grid(path),) if kind == "heights" else _triangles(path)
         given = dict(zip(names, values, strict=True))
+    placed = _friction_map(table.table(FRICTION_MAP)) if FRICTION_MAP in table else None
     try:
-        ground: Ground = record_of(KINDS[kind], table, also=also, **given)
+        ground: Ground = record_of(KINDS[kind], table, also=also, **given, **{FRICTION_MAP: placed})
     except InputError as error:
         cause = str(error.__cause__ or "")
         if any(name in cause for name in (*given, "triangle ")) and given:
@@ -51,8 +54,19 @@ def ground_of(table: Table) -> Ground:
     return ground
 
 
-def _heights(path: Path) -> FloatArray:
-    """Heights of a .npy file, or of a text with a row in each line.
+def _friction_map(table: Table) -> FrictionMap:
+    """The map of a table, whose factors stand in it or in a file."""
+    if "file" not in table:
+        return record_of(FrictionMap, table)
+    if "factors" in table:
+        table.fail("goes without 'factors', which it holds", "file")
+    with table.explained("file"):
+        factors = _grid(table.path("file"))
+        return record_of(FrictionMap, table, also=("file",), factors=factors)
+
+
+def _grid(path: Path) -> FloatArray:
+    """Numbers of a .npy file, or of a text with a row in each line.
 
     Raises:
         InputError: the file is missing, or holds no numbers.
@@ -98,9 +112,19 @@ def table_of_ground(ground: Ground, beside: Beside) -> dict[str, Any]:
         )
     large = {"heights": ("heights",), "triangles": ("vertices", "faces")}.get(kind, ())
     arrays = {name: np.asarray(getattr(ground, name)) for name in large}
-    found = {"kind": kind, **table_of(ground, without=large)}
+    found = {"kind": kind, **table_of(ground, without=(*large, FRICTION_MAP))}
+    placed = map_of(ground)
+    if placed is not None:
+        found[FRICTION_MAP] = _table_of_map(placed, beside)
     if sum(array.size for array in arrays.values()) <= MOST_INLINE:
         return {**found, **arrays}
     if kind == "heights":
         return {**found, "file": beside.array("heights.npy", arrays["heights"])}
     return {**found, "file": beside.arrays("ground.npz", arrays)}
+
+
+def _table_of_map(placed: FrictionMap, beside: Beside) -> dict[str, Any]:
+    if placed.factors.size <= MOST_INLINE:
+        return table_of(placed)
+    factors = {"file": beside.array("friction.npy", placed.factors)}
+    return {**table_of(placed, without=("factors",)), **factors}

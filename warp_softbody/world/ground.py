@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.inputs import array_checks, checks
+from warp_softbody.world.friction_map import FrictionMap, checked_map
 
 Vector = tuple[float, float, float]
 
@@ -55,11 +56,13 @@ class Plane:
         friction: Coulomb coefficient mu, >= 0.
         normal: outward unit normal (normalised on construction).
         offset: the plane is { p : normal . p = offset }, m.
+        friction_map: factors on the friction by place; None where it is the same everywhere.
     """
 
     friction: float = 0.8
     normal: Vector = (0.0, 0.0, 1.0)
     offset: float = 0.0
+    friction_map: FrictionMap | None = None
 
     def __post_init__(self) -> None:
         """Normalise the normal and refuse a negative friction."""
@@ -69,6 +72,7 @@ class Plane:
             friction=checks.number("Plane.friction", self.friction, low=0.0),
             normal=(x, y, z),
             offset=checks.number("Plane.offset", self.offset, unit="m"),
+            friction_map=checked_map("Plane.friction_map", self.friction_map),
         )
 
     def measure(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:

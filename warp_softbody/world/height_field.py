@@ -11,6 +11,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import FrozenValue
+from warp_softbody.world.friction_map import FrictionMap, checked_map
 from warp_softbody.world.ground import Vector, measurable
 
 IntArray = npt.NDArray[np.int32]
@@ -26,6 +27,7 @@ class HeightField(FrozenValue):
         spacing: m, of the grid along x and y.
         origin: m, x and y of heights[0, 0].
         friction: Coulomb coefficient mu, >= 0.
+        friction_map: factors on it by place; None where it is the same everywhere.
     """
 
     heights: FloatArray
@@ -33,6 +35,7 @@ class HeightField(FrozenValue):
     origin: tuple[float, float] = (0.0, 0.0)
     friction: float = 0.8
     normal: Vector = (0.0, 0.0, 1.0)
+    friction_map: FrictionMap | None = None
 
     def __post_init__(self) -> None:
         """Check shape and numbers; keep an own copy of the heights."""
@@ -51,7 +54,8 @@ class HeightField(FrozenValue):
             raise InputError("HeightField.normal must be (0, 0, 1): a height field stands upright")
         heights.setflags(write=False)
         checks.keep(self, heights=heights, spacing=spacing, origin=origin, friction=friction)
-        checks.keep(self, normal=(0.0, 0.0, 1.0))
+        given = checked_map("HeightField.friction_map", self.friction_map)
+        checks.keep(self, normal=(0.0, 0.0, 1.0), friction_map=given)
 
     def surface(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Heights (k,) m of the ground under points (k, 2 or 3), and its slopes (k, 2) there."""

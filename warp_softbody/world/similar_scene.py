@@ -17,6 +17,7 @@ from warp_softbody.body.muscles import Fiber, MuscleGroup
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 from warp_softbody.world.force_fields import DragField, ForceField, RadialField, UniformField
+from warp_softbody.world.friction_map import FrictionMap, map_of
 from warp_softbody.world.ground import Ground, Plane
 from warp_softbody.world.handles import Handle
 from warp_softbody.world.height_field import HeightField
@@ -174,8 +175,9 @@ def _handle(handle: Handle, by: Similarity) -> Handle:
 
 
 def _ground(ground: Ground, length: float) -> Ground:
+    placed = _friction_map(map_of(ground), length)
     if isinstance(ground, Plane):
-        return replace(ground, offset=ground.offset * length)
+        return replace(ground, offset=ground.offset * length, friction_map=placed)
     if isinstance(ground, HeightField):
         (dx, dy), (x, y) = ground.spacing, ground.origin
         return replace(
@@ -183,10 +185,18 @@ def _ground(ground: Ground, length: float) -> Ground:
             heights=ground.heights * length,
             spacing=(dx * length, dy * length),
             origin=(x * length, y * length),
+            friction_map=placed,
         )
     if isinstance(ground, TriangleGround):
-        return replace(ground, vertices=ground.vertices * length)
+        return replace(ground, vertices=ground.vertices * length, friction_map=placed)
     raise InputError(f"a {type(ground).__name__} cannot be scaled, only grounds of the package")
+
+
+def _friction_map(given: FrictionMap | None, length: float) -> FrictionMap | None:
+    if given is None:
+        return None
+    (dx, dy), (x, y) = given.spacing, given.origin
+    return replace(given, spacing=(dx * length, dy * length), origin=(x * length, y * length))
 
 
 def _times(vector: Vector, factor: float) -> Vector:

@@ -16,6 +16,7 @@ from warp_softbody.device.turns import shares_warp
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import FrozenValue
+from warp_softbody.world.friction_map import FrictionMap, checked_map
 from warp_softbody.world.ground import Vector, measurable
 
 IntArray = npt.NDArray[np.int32]
@@ -42,18 +43,21 @@ class TriangleGround(FrozenValue):
         faces: (f, 3) vertex indices, counter-clockwise seen from outside.
         friction: Coulomb coefficient mu, >= 0.
         normal: unit direction that counts as up on it as a whole.
+        friction_map: factors on the friction by place; None where it is the same everywhere.
     """
 
     vertices: FloatArray
     faces: IntArray
     friction: float = 0.8
     normal: Vector = (0.0, 0.0, 1.0)
+    friction_map: FrictionMap | None = None
 
     def __post_init__(self) -> None:
         """Check shapes, indices and areas; keep own copies."""
         friction = checks.number("TriangleGround.friction", self.friction, low=0.0)
         x, y, z = checks.direction("TriangleGround.normal", self.normal)
-        checks.keep(self, friction=friction, normal=(x, y, z))
+        given = checked_map("TriangleGround.friction_map", self.friction_map)
+        checks.keep(self, friction=friction, normal=(x, y, z), friction_map=given)
         label = "TriangleGround.vertices"
         vertices = np.array(array_checks.array(label, self.vertices, (None, 3), unit="m"))
         corners = array_checks.array("TriangleGround.faces", self.faces, (None, 3))
