@@ -23,6 +23,7 @@ from warp_softbody import (  # noqa: E402
     VectorEnvironment,
     characters,
 )
+from warp_softbody.environment.episode import progress  # noqa: E402
 from warp_softbody.errors import InputError  # noqa: E402
 from warp_softbody.stage_exports import read_take  # noqa: E402
 
@@ -74,6 +75,54 @@ def test_what_is_observed() -> None:
     loads = seen[16 + 2 * FIBERS :]
     assert loads.sum() > 0.8
     assert ((loads >= 0.0) & (loads < 1.0)).all()
+
+
+def test_sums_are_those_of_numpy() -> None:
+    """All numbers but the contractions, from the frame and the view of a body in motion."""
+    environment = Environment(SCENE, start_speed=0.5)
+    environment.reset(seed=3)
+    for action in actions(6):
+        seen, *_ = environment.step(action)
+    view = environment.simulation.view()
+    frame = environment.simulation.frame()
+    points, masses = LETTER.mesh.points, view.masses
+    middle = masses @ points / masses.sum()
+    arms, speed = points - middle, np.sqrt(9.81 * 1.0)
+    spread = float((masses[:, None] * arms**2).sum())
+    orientation = (arms * masses[:, None]).T @ (view.positions - view.center_of_mass) / spread
+    lengths = []
+    for fiber, ends in zip(LETTER.fibers, fiber_points(frame.fiber_points), strict=True):
+        rest = np.linalg.norm(np.diff(fiber.vertices, axis=0), axis=1).sum()
+        lengths.append(np.linalg.norm(np.diff(ends, axis=0), axis=1).sum() / rest - 1.0)
+    feet = [view.impulses[LETTER.region(f"base_patch_{k}"), 2].sum() for k in range(4)]
+    wanted = [
+        [view.center_of_mass[2] - middle[2]],
+        view.linear_momentum / view.mass / speed,
+        view.angular_momentum / view.mass / speed,
+        orientation.ravel(),
+        lengths,
+        action,
+        np.array(feet) / (view.weight * view.time_step),
+    ]
+    np.testing.assert_allclose(seen, np.concatenate(wanted), rtol=2e-6, atol=2e-6)
+
+
+def fiber_points(points: npt.NDArray[np.float64]) -> list[npt.NDArray[np.float64]]:
+    """The vertices of each fibre as they are now."""
+    counts = [len(fiber.vertices) for fiber in LETTER.fibers]
+    return np.split(points, np.cumsum(counts)[:-1])
+
+
+def test_rewards_of_one_s_own_are_those_of_the_usual_ones() -> None:
+    """Views are made only for those who ask for them; what comes of them is the same."""
+    usual = Environment(SCENE, start_speed=0.5)
+    own = Environment(SCENE, start_speed=0.5, reward=lambda *views: progress(*views))
+    for environment in (usual, own):
+        environment.reset(seed=2)
+    for action in actions(4):
+        one, other = (environment.step(action) for environment in (usual, own))
+        np.testing.assert_array_equal(one[0], other[0])
+        assert one[1] == pytest.approx(other[1], rel=1e-9, abs=1e-12)
 
 
 def test_rewards_and_ends() -> None:

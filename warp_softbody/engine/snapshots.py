@@ -64,7 +64,7 @@ class Snapshots:
             positions=self._doubles(state.positions),
             velocities=self._doubles(state.velocities),
             touching=touching,
-            activations=self._activations(rest_lengths),
+            activations=self.activations(rest_lengths),
             impulses=impulses,
             workroom=self._workroom,
         )
@@ -87,13 +87,14 @@ class Snapshots:
             time=time,
             positions=positions,
             velocities=self._doubles(state.velocities),
-            activations=self._activations(rest_lengths),
+            activations=self.activations(rest_lengths),
             fiber_points=points,
             contacts=self._touching(contacts, positions),
             patches=planned,
         )
 
-    def _activations(self, rest_lengths: FloatArray) -> FloatArray:
+    def activations(self, rest_lengths: FloatArray) -> FloatArray:
+        """(segments,) l_d / l_0 of rest lengths, m; 1 where a segment is slack."""
         rest = self._model.muscles.rest_lengths
         return np.minimum(rest_lengths / rest, 1.0) if len(rest) else np.zeros(0)
 

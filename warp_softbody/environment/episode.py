@@ -66,9 +66,15 @@ class Episode:
         self.simulation = simulation
         self.senses = Senses(simulation, muscles)
         self.taken = 0
+        segments = self.senses.muscles
+        self._shape = (int(segments[-1]) + 1 if len(segments) else 0,)
         self._reward, self._ends, self._actions = reward, ends, actions
         self._first = simulation.save()
-        self._view = simulation.view()
+        self._length = BodyUnits.of_scene(simulation.model.scene).length
+        # what was observed has the way along x already
+        self._looks = reward is not progress or ends is not None
+        self._view: BodyView | None = None
+        self.look()
 
     def begin(self, random: np.random.Generator, start_speed: float) -> Observation:
         """Start anew, with a random horizontal velocity of at most a speed, m/s."""
@@ -83,30 +89,36 @@ class Episode:
 
     def look(self) -> Observation:
         """What is observed now, from which the next reward counts."""
-        self._view = self.simulation.view()
-        return self.senses.observe(self._view)
+        if self._looks:
+            self._view = self.simulation.view()
+        seen = self.senses.observe()
+        self._seen, self._ahead = seen.copy(), self.senses.ahead
+        return seen
 
     def act(self, action: npt.ArrayLike) -> None:
         """Contract the muscles, (muscles,) from 0 to 1, until the next action."""
-        count = len(self.senses.muscles)
-        wanted = self.senses.muscles[-1] + 1 if count else 0
-        given = array_checks.array("action of an Environment", action, (int(wanted),))
-        if given.size and not (given.min() >= 0.0 and given.max() <= 1.0):
+        given = array_checks.array("action of an Environment", action, self._shape)
+        try:
+            self.simulation.drive(1.0 - CONTRACTION * given[self.senses.muscles])
+        except InputError:
+            # it looks at all activations anyway
             raise InputError(
                 "action of an Environment must hold contractions from 0 to 1, "
                 f"not {given.min():.4g} to {given.max():.4g}"
-            )
-        self.simulation.drive(1.0 - CONTRACTION * given[self.senses.muscles])
+            ) from None
 
     def outcome(self, *, failed: bool) -> tuple[Observation, float, bool, bool]:
         """Observation, reward, and whether the episode is terminated or truncated."""
         self.taken += 1
-        before = self._view
         if failed:
-            return self.senses.observe(before), 0.0, True, False
+            return self._seen.copy(), 0.0, True, False
+        before, ahead = self._view, self._ahead
         seen = self.look()
-        reward = _checked(self._reward(before, self._view))
-        ended = self._ends is not None and bool(self._ends(self._view))
+        if before is None or self._view is None:
+            reward, ended = (self._ahead - ahead) / self._length, False
+        else:
+            reward = _checked(self._reward(before, self._view))
+            ended = self._ends is not None and bool(self._ends(self._view))
         return seen, reward, ended, not ended and self.taken >= self._actions
 
 

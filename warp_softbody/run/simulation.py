@@ -186,6 +186,11 @@ class Simulation:
         return self._state
 
     @property
+    def activations(self) -> FloatArray:
+        """(segments,) l_d / l_0 of the last step or `drive`; 1 where a segment is slack."""
+        return self._snapshots.activations(self._rest_lengths)
+
+    @property
     def asleep(self) -> bool:
         """Whether steps are left out, since all bodies are at rest."""
         return self._sleep.asleep
