@@ -130,6 +130,17 @@ def test_a_file_of_heights_is_named(content: str, sentence: str, tmp_path: Path)
         written(tmp_path, '[ground]\nkind = "heights"\nfile = "h.csv"\n' + SMALL)
 
 
+def test_handles_let_go_in_files(tmp_path: Path) -> None:
+    text = HANDLE + "path = { velocity = [1, 0, 0] }\nuntil = 0.25\n"
+    plan = written(tmp_path, text).plan
+    assert plan.scene.handles[0].until == 0.25
+    scene_files.write(tmp_path / "again.toml", plan)
+    assert scene_files.read(tmp_path / "again.toml").plan.scene == plan.scene
+    line = text.count("\n")
+    with pytest.raises(InputError, match=f":{line}: handles.0..until: Handle.until must be"):
+        written(tmp_path, text.replace("0.25", "-1"))
+
+
 def test_handles_take_short_paths(tmp_path: Path) -> None:
     text = (
         SMALL + "[[handles]]\nregion = 'cube'\npath = { velocity = [1, 0, 0] }\n"

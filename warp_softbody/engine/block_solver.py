@@ -12,7 +12,7 @@ import warp as wp
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.device.array_copies import Copies, copied, write_back
-from warp_softbody.device.host_view import HostViews
+from warp_softbody.device.host_view import HostView, HostViews
 from warp_softbody.device.launching import launch
 from warp_softbody.device.warp_runtime import captured, prepare_captures
 from warp_softbody.engine.muscle_map import MuscleMap
@@ -85,14 +85,25 @@ class BlockSolver:
         self._renewal = Renewal(self._preconditioner, model.system)
         # contact is not in this matrix: only fixed nodes are held, nothing slides
         self._unbound = Freedom(
-            model.array(
-                np.where(model.fixed, VelocityConstraint.FIXED, VelocityConstraint.NONE), wp.int32
-            ),
+            model.zeros(model.node_count, wp.int32),
             model.zeros(model.node_count, types.vec3),
             model.zeros(model.node_count, types.mat33),
         )
+        self._read_held = HostView(model.arrays.masses.fixed).read
+        self._write_kinds = HostView(self._unbound.kinds).write
+        self._holding = -1
+        self._take_held()
         self._allocate(-(-row_capacity // BLOCK))
         prepare_captures(options.device, self._launch)
+
+    def _take_held(self) -> bool:
+        """Hold the nodes that the stepper holds; whether these are others than before."""
+        if self._holding == self._stepper.holding:
+            return False
+        held = self._read_held() != 0
+        self._write_kinds(np.where(held, VelocityConstraint.FIXED, VelocityConstraint.NONE))
+        self._holding = self._stepper.holding
+        return True
 
     def _allocate(self, blocks: int) -> None:
         """Work arrays for a number of blocks of rows, and no graphs yet."""
@@ -152,6 +163,7 @@ class BlockSolver:
         """Begin the next solve where another one of the same model once did."""
         if saved.blocks != self._blocks:
             self._allocate(saved.blocks)
+        self._take_held()
         self._use(saved.rows)
         write_back(self._changing, saved.arrays)
         self._preconditioner.age = saved.age
@@ -173,6 +185,8 @@ class BlockSolver:
         if count != self._last_rows:
             self._use(count)
         model = self._stepper.model
+        if self._take_held():
+            self._preconditioner.age = float("inf")
         self._renewal.choose()
         blocks = len(self._work["j"])
         if blocks not in self._graphs:

@@ -119,6 +119,13 @@ class ContactSolver:
             self._pairs.find(state, contacts.pairs, handled)
             self._renewing = self.preconditioner.stale
 
+    def let_go(self, *, renew: bool) -> None:
+        """Note that other nodes are held than before; ``renew`` as of `Stepper.take_held`."""
+        # steps say which are held, and what contact holds
+        self._solver.kinds.zero_()
+        if renew:
+            self.preconditioner.age = float("inf")
+
     def launch_first(self, state: State, contacts: Contacts, renewal: Renewal) -> None:
         """Launch the first solve of a step, with the modes of the last one."""
         self._solver.counters.zero_()

@@ -26,13 +26,13 @@ def holding_impulse(
     before, change, right = (_doubles(a) for a in (contact.before, contact.change, contact.right))
     topology, arrays = model.topology, model.arrays
     blocks = _doubles(stepper.assembly.values)
-    stiffness = bsr_array((blocks, topology.column, topology.row_start), blocksize=(3, 3))
+    matrix = bsr_array((blocks, topology.column, topology.row_start), blocksize=(3, 3))
     mass, damped = _doubles(arrays.masses.mass), _doubles(arrays.masses.damped_mass)
-    # differences of velocities, as the kernels take them: a rigid motion costs nothing
+    # differences of velocities, as the kernels take them: of a translation the stiffness sees none
     velocities = before + change
     drift = velocities[nodes].mean(axis=0)
-    taken = (stiffness @ (velocities - drift).ravel()).reshape(-1, 3)
-    taken += damped[:, None] * change + (damped - mass)[:, None] * before
+    taken = (matrix @ (velocities - drift).ravel()).reshape(-1, 3)
+    taken += damped[:, None] * drift - mass[:, None] * before
     taken -= right + _of_pairs(contacts, model.node_count)
     return np.asarray(taken[nodes].sum(axis=0))
 

@@ -47,7 +47,7 @@ class Model:
         scene: what is simulated.
         options: how, with what each "auto" takes.
         topology: index arrays of the joined mesh, on the host.
-        fixed: (n,) bool, nodes that never move, or as handles move them.
+        fixed: (n,) bool, nodes that never move, or as handles move them that never let go.
         muscles: the segments of all bodies, on the host.
         masses: (n,) kg, float64 on the host.
         materials: of each body.
@@ -94,6 +94,11 @@ class Model:
     def handled_count(self) -> int:
         """Number of nodes where velocities of handles are kept: all, or 0 without handles."""
         return self.node_count if self.scene.handles else 0
+
+    @property
+    def held_count(self) -> int:
+        """Number of nodes of which is kept whether they are held: all, or 0 if none is let go."""
+        return self.node_count if len(self.scene.let_go) else 0
 
     @property
     def absent_parts(self) -> tuple[str, ...]:
@@ -162,6 +167,7 @@ def build_model(scene: Scene, options: SimulationOptions, *, like: Model | None 
     topology = build_topology(mesh.tets, len(mesh.points)) if like is None else like.topology
     fixed = np.zeros(len(mesh.points), dtype=bool)
     fixed[scene.held] = True
+    fixed[scene.let_go] = False
     levels = None
     if like is not None:
         levels = shared_levels(like.system, options, like.options, fixed, like.fixed)

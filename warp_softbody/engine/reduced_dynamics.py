@@ -239,10 +239,18 @@ class ReducedDynamics:
         )
         return None if found is None else of_own_segments(found, part)
 
+    @property
+    def _holds(self) -> bool:
+        """Whether any node is held in the step."""
+        model = self._stepper.model
+        if not model.held_count:
+            return bool(model.fixed.any())
+        return bool(self._views.read(model.arrays.masses.fixed).any())
+
     def _free_turn(self, rows: FloatArray) -> FreeTurn | None:
         """What the step's balance of spin does to rows; None where it does nothing."""
         model, state = self._stepper.model, self._stepper.assembled
-        one = len(model.scene.parts) == 1 and not model.fixed.any()
+        one = len(model.scene.parts) == 1 and not self._holds
         if not one or state is None or model.options.newton_iterations > 1:
             return None
         positions = self._views.read(state.positions).astype(np.float64)
@@ -256,7 +264,7 @@ class ReducedDynamics:
         fixed.
         """
         model = self._stepper.model
-        if model.fixed.any():
+        if self._holds:
             return np.zeros(len(rows), dtype=bool), np.zeros((0, 3))
         by_node = rows.reshape(len(rows), model.node_count, 3)
         first, last = by_node[:, 0] / model.masses[0], by_node[:, -1] / model.masses[-1]

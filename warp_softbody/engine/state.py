@@ -19,7 +19,7 @@ SLACK = 1e6
 """Rest length, in units of l_0, that no segment reaches: no tension."""
 
 
-OPTIONAL = ("pairs", "handled")
+OPTIONAL = ("pairs", "handled", "held")
 """Fields that are None in scenes without what they are of."""
 
 
@@ -91,11 +91,14 @@ class Control:
         external_forces: (n,) vec3 N.
         handled: (n,) vec3 m/s, velocities of the nodes that handles move; None where the scene
             has no handles.
+        held: (n,) int, 1 where a node is fixed or moved by a handle in the step, else 0; None where
+            no handle of the scene lets go.
     """
 
     rest_lengths: Any
     external_forces: Any
     handled: Any = None
+    held: Any = None
 
     def __post_init__(self) -> None:
         """Refuse what is not on a device."""
@@ -106,10 +109,14 @@ class Control:
     def slack(model: Model) -> Control:
         """No tension and no push."""
         checks.instance("model of Control.slack", model, Model)
+        held = np.zeros(model.held_count, np.int32)
+        if len(held):
+            held[model.scene.held] = 1
         return Control(
             model.array(SLACK * model.muscles.rest_lengths, model.types.scalar),
             model.zeros(model.node_count, model.types.vec3),
             model.zeros(model.node_count, model.types.vec3) if model.scene.handles else None,
+            model.array(held, wp.int32) if len(held) else None,
         )
 
 
@@ -226,6 +233,10 @@ def checked_parts(model: Model, parts: tuple[object, ...]) -> None:
                 if part.handled is None:
                     raise InputError("Control.handled must be there: handles move nodes")
                 shapes["handled"] = model.node_count
+            if model.held_count:
+                if part.held is None:
+                    raise InputError("Control.held must be there: a handle lets go of nodes")
+                shapes["held"] = model.node_count
         elif isinstance(part, Contacts):
             shapes = {"modes": model.contact_count, "friction_forces": model.node_count}
             if model.scene.has_pairs and part.pairs is None:

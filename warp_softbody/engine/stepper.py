@@ -62,6 +62,7 @@ class Stepper:
         assembled: the state that was last assembled.
         handled: (n,) vec3 m/s, velocities that handles give in the step that was last begun; None
             without handles.
+        holding: how often the nodes that are held have become others.
     """
 
     @shares_warp
@@ -101,10 +102,14 @@ class Stepper:
         self._renewal = Renewal(self.contact.preconditioner, model.system)
         self.assembled: State | None = None
         self.handled: Any = None
+        self.holding = 0
         self._graphs: dict[tuple[Any, ...], Any] = {}
         self._phase_graphs: dict[int, Any] = {}
         threads = model.options.threads
         self._workers = Workers(threads, self._device) if threads > 1 else None
+        if model.held_count:
+            # another stepper of the model may have let go of them
+            self.take_held(Control.slack(model))
 
     @shares_warp
     def prepare(self, state: State, control: Control, contacts: Contacts, after: State) -> None:
@@ -194,6 +199,7 @@ class Stepper:
         if clock is not None:
             checks.instance("clock of Stepper.step", clock, StepClock)
         self.handled = getattr(control, "handled", None)
+        self.take_held(control)
         whole = decide is None and clock is None and self._workers is None
         for parts in WHOLE if whole else SINGLE:
             if "assembly" in parts:
@@ -205,6 +211,23 @@ class Stepper:
                 self._prepare(state, control, contacts)
             self._run(parts, state, control, contacts, after)
             _mark(clock, parts[-1])
+
+    @shares_warp
+    def take_held(self, control: Control, *, renew: bool = True) -> None:
+        """Hold the nodes that a control holds, in all that follows.
+
+        What the preconditioners keep is of other nodes then, and is made anew unless ``renew`` says
+        that it has been put in its place.
+        """
+        if not self.model.held_count:
+            return
+        checked_parts(self.model, (control,))
+        held, fixed = self._views.read(control.held), self.model.arrays.masses.fixed
+        if np.array_equal(held, self._views.read(fixed)):
+            return
+        self._views.write(fixed, held)
+        self.contact.let_go(renew=renew)
+        self.holding += 1
 
     def _begin(self, state: State, control: Control | None = None) -> None:
         """Note what is to be assembled, and that no controller has planned the step yet.

@@ -165,7 +165,7 @@ class RunAccount:
             return 0.0, 0.0
         surface = self._model.body.mesh.surface_nodes
         # a fixed node is where the scene wants it
-        surface = surface[~self._model.fixed[surface]]
+        surface = surface[self._model.arrays.masses.fixed.numpy()[surface] == 0]
         gaps, _ = scene.ground.measure(positions[surface])
         depth, share = 0.0, 0.0
         for part, size in zip(scene.parts, self._sizes, strict=True):

@@ -293,10 +293,11 @@ class Simulation:
         if not fits(self._changing(), saved.arrays):
             raise InputError(OTHER_SCENE)
         write_back(self._changing(), saved.arrays)
+        self.stepper.take_held(self.control, renew=False)
         self._steps, self._driven = saved.steps, saved.driven
         self._rest_lengths = saved.rest_lengths.copy()
         self._sleep.still, self._pushes.acting = saved.still, saved.acting
-        self._handles.aside = saved.aside
+        self._handles.return_to(saved.aside, self.time)
         contact = self.stepper.contact
         contact.preconditioner.age, contact.fresh = saved.age, saved.fresh
         for body, control in zip(self._controlled, saved.controls, strict=True):
@@ -311,17 +312,17 @@ class Simulation:
         """The force (3,) N with which the handle of a region moved it in the last step.
 
         It is the mean over the step: what the momentum of its nodes, the rest of their body and
-        what they push took. Zero before the first step.
+        what they push took. Zero before the first step, and once it has let go.
 
         Raises:
             InputError: no handle of the scene has that region.
         """
         scene = self.model.scene
         regions = [handle.region for handle in scene.handles]
-        nodes = scene.handle_nodes[regions.index(checks.choice("handle", region, regions))]
-        if self._steps == 0:
+        index = regions.index(checks.choice("handle", region, regions))
+        if self._steps == 0 or not self._handles.holds[index]:
             return np.zeros(3)
-        impulse = holding_impulse(self.stepper, self.contacts, nodes)
+        impulse = holding_impulse(self.stepper, self.contacts, scene.handle_nodes[index])
         return impulse / self.model.options.time_step
 
     def observe(self, observer: StepObserver) -> None:

@@ -24,10 +24,14 @@ def handles_of(tables: list[Table]) -> tuple[Handle, ...]:
 
 
 def _handle(table: Table) -> Handle:
-    table.only(("region", "path"))
+    table.only(("region", "path", "until"))
     table.needed("path")
     with table.explained():
-        return Handle(region=table.needed("region"), path=path_of(table.table("path")))
+        return Handle(
+            region=table.needed("region"),
+            path=path_of(table.table("path")),
+            until=table.take("until"),
+        )
 
 
 FIELDS: dict[str, type[ForceField]] = {
@@ -85,4 +89,5 @@ def table_of_handle(handle: Handle) -> dict[str, Any]:
     for name in ("shifts", "degrees"):
         if not getattr(handle.path, name).any():
             path.pop(name, None)
-    return {"region": handle.region, "path": path}
+    until = {} if handle.until is None else {"until": handle.until}
+    return {"region": handle.region, "path": path, **until}

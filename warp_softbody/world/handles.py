@@ -25,15 +25,26 @@ class Handle:
         region: name of a region of the scene ("hand", or "ball.top" of a body beside the
             character), or of a body, all of whose nodes are moved.
         path: of the nodes, from where they are at rest.
+        until: s, when it lets go: steps that begin then or later are free, and begin with the
+            velocities that it gave. None where it never does.
     """
 
     region: str
     path: MotionPath
+    until: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a name or a path that is none."""
+        """Refuse a name, a path or a time that is none."""
         input_kinds.name("Handle.region", self.region)
         checks.instance("Handle.path", self.path, MotionPath)
+        if self.until is not None:
+            until = checks.number("Handle.until", self.until, low=0.0, unit="s")
+            checks.keep(self, until=until)
+
+    def holds(self, start: float, duration: float) -> bool:
+        """Whether it moves its nodes in a step that begins at a time and lasts so long, s."""
+        # a time step has no finite binary fraction, so that sums of it miss times by rounding
+        return self.until is None or self.until - start > 1e-6 * duration
 
 
 def nodes_named(name: str, whole: Character, parts: Iterable[Part]) -> IntArray:

@@ -143,6 +143,13 @@ class Scene(FrozenValue):
         """(k,) the nodes that contact and forces do not move: fixed ones, and those of handles."""
         return np.unique(np.concatenate([self.whole.fixed, *self.handle_nodes])).astype(np.int32)
 
+    @cached_property
+    def let_go(self) -> npt.NDArray[np.int32]:
+        """(k,) those of them that handles let go at some time."""
+        handles = zip(self.handles, self.handle_nodes, strict=True)
+        nodes = [nodes for handle, nodes in handles if handle.until is not None]
+        return np.concatenate([np.zeros(0, np.int32), *nodes])
+
     @property
     def start_points(self) -> FloatArray:
         """Where all nodes (n, 3) m are at the start, but for what handles move."""

@@ -165,6 +165,7 @@ def _handle(handle: Handle, by: Similarity) -> Handle:
     path = handle.path
     return replace(
         handle,
+        until=None if handle.until is None else handle.until * by.time,
         path=replace(
             path,
             times=path.times * by.time,
