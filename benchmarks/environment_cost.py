@@ -98,7 +98,9 @@ def _in_turn(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, prog="benchmarks.environment_cost")
+    parser = argparse.ArgumentParser(
+        description=__doc__, prog="python -m benchmarks.environment_cost"
+    )
     parser.add_argument("--steps", type=count, default=1000, help="of each side (1000)")
     steps = parser.parse_args(arguments).steps
     rows = []
