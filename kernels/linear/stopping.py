@@ -9,6 +9,10 @@ is left of the net momentum shows as a force from nowhere, and may be ``NET_SHAR
 The tolerance is relative to the momentum of the nodes. Of a fast body in short steps that would be
 more than a step changes, so it allows at most ``MOST_OF_CHANGE`` times as much of the impulses that
 the step is given, or of the largest residual that one of its solves starts from.
+
+Solves that only seek contact modes stop at a reduction of their residual instead. Those of a hasty
+solver stop far earlier in the first passes of a step, and its first solve is of that kind where the
+modes of the last step took long to settle; the last solve of a step is one to the tolerance.
 """
 
 from functools import cache
@@ -23,6 +27,13 @@ SUBJECT = "conjugate_gradients"
 
 LOOSE_REDUCTION = 0.03
 """Reduction of the residual in a solve whose only purpose is to choose contact modes."""
+
+EARLY_REDUCTIONS = ((3, 0.2), (6, 0.1))
+"""The same of a hasty solver, before so many passes of a step: its early modes are guesses anyhow."""
+
+UNSETTLED_PASSES = 3
+"""Passes of the last step from which on a hasty solver takes the first one of the next step for
+such a guess too; a step that merely lasts needs one or two."""
 
 MOST_OF_CHANGE = 30.0
 """Times the tolerance, of what a step changes, that its residual may be."""
@@ -42,6 +53,11 @@ def make_stopping(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     most_square = wp.constant(wp.float64(MOST_OF_CHANGE * MOST_OF_CHANGE))
     loose_square = wp.constant(wp.float64(LOOSE_REDUCTION * LOOSE_REDUCTION))
+    (first_passes, first), (second_passes, second) = EARLY_REDUCTIONS
+    first_passes, second_passes = wp.constant(first_passes), wp.constant(second_passes)
+    first_square = wp.constant(wp.float64(first * first))
+    second_square = wp.constant(wp.float64(second * second))
+    unsettled_passes = wp.constant(UNSETTLED_PASSES)
     share_square = wp.constant(wp.float64((0.5 * TIME_ERROR_SHARE) ** 2))
     net_square = wp.constant(wp.float64((0.5 * NET_SHARE) ** 2))
 
@@ -75,6 +91,19 @@ def make_stopping(precision: str) -> SimpleNamespace:
         allowed = net_square * wp.float64(count) * total_of(change_partial)
         size = wp.length_sq(net)  # type: ignore[call-overload]
         return size > allowed and square > scalars[Scalar.FLOOR_SQUARE]
+
+    @kernel
+    def begin_step(
+        # model
+        hasty: int,
+        # in and out
+        counters: wp.array(dtype=int),
+    ):
+        # counters are those of the last step
+        guess = hasty != 0 and counters[Counter.PASSES] >= unsettled_passes
+        for k in range(counters.shape[0]):
+            counters[k] = 0
+        counters[Counter.LOOSE] = wp.where(guess, 1, 0)
 
     @kernel
     def set_target(
@@ -115,6 +144,7 @@ def make_stopping(precision: str) -> SimpleNamespace:
         relative_tolerance: wp.array(dtype=wp.float64),
         follows: int,
         nodes: int,
+        hasty: int,
         # in
         partial: wp.array(dtype=wp.float64),
         change_partial: wp.array(dtype=wp.float64),
@@ -140,7 +170,14 @@ def make_stopping(precision: str) -> SimpleNamespace:
             follow_time_error(change_partial, scalars)
         stop = scalars[Scalar.TARGET_SQUARE]
         if counters[Counter.LOOSE] != 0:
-            stop = wp.max(stop, loose_square * square)
+            loose = loose_square
+            if hasty != 0:
+                passes = counters[Counter.PASSES]
+                if passes < first_passes:
+                    loose = first_square
+                elif passes < second_passes:
+                    loose = second_square
+            stop = wp.max(stop, loose * square)
         scalars[Scalar.STOP_SQUARE] = stop
         counters[Counter.ITERATIONS] = 0
         if again != 0:
@@ -202,6 +239,7 @@ def make_stopping(precision: str) -> SimpleNamespace:
     return SimpleNamespace(
         double_dot=double_dot,
         total_of=total_of,
+        begin_step=begin_step,
         set_target=set_target,
         begin=begin,
         conclude=conclude,

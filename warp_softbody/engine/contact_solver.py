@@ -24,6 +24,7 @@ from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.engine.step_statistics import StepStatistics
 from warp_softbody.engine.turning import Flown, Turning
 from warp_softbody.inputs.records import unchecked
+from warp_softbody.kernels.contact.stages import ALL_PASSES
 from warp_softbody.kernels.contact.step_ends import make_step_ends
 from warp_softbody.kernels.linear.codes import Counter, Scalar
 from warp_softbody.linear.block_ldlt import Freedom
@@ -33,6 +34,17 @@ from warp_softbody.linear.renewal import Renewal
 
 FRESH_ITERATIONS = 3
 """Iterations of one pass that even a fresh factor would need."""
+
+
+def _may_be_hasty(model: Model) -> bool:
+    """Whether modes may be sought by few iterations.
+
+    So they may in large bodies, whose iterations cost most. A kept factor leaves a pass one to five.
+    Pairs have few passes, and bodies stacked on each other need good modes from the start.
+    """
+    large = model.system.coarse is not None
+    enough = model.options.max_contact_passes >= ALL_PASSES
+    return large and enough and not model.scene.has_pairs
 
 
 class ContactSolver:
@@ -69,7 +81,9 @@ class ContactSolver:
         self.preconditioner = make_preconditioner(
             *(model.system, assembly.values, assembly.node_rotations, workspace), serves="vectors"
         )
-        self._solver = ConjugateGradients(model.system, assembly.values, self.preconditioner)
+        self._solver = ConjugateGradients(
+            *(model.system, assembly.values, self.preconditioner), hasty=_may_be_hasty(model)
+        )
         self.before, self.start = self._solver.before, self._solver.start
         self.sides = struct_of(self._ends.RightSide, self)
         self.velocity_update = struct_of(
@@ -94,6 +108,11 @@ class ContactSolver:
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
         device = self._model.options.device
         launch(kernel, dim, inputs, outputs, device)
+
+    @property
+    def kept(self) -> tuple[Any, ...]:
+        """Device arrays that the next step begins with, beside state and contacts."""
+        return (*self.preconditioner.kept, self._solver.counters)
 
     @property
     def pairs(self) -> PairContact | None:
@@ -128,7 +147,7 @@ class ContactSolver:
 
     def launch_first(self, state: State, contacts: Contacts, renewal: Renewal) -> None:
         """Launch the first solve of a step, with the modes of the last one."""
-        self._solver.counters.zero_()
+        self._solver.begin_step()
         if self.newton is not None:
             self.newton.launch_reset()
         self._add_pair_frictions(contacts)

@@ -46,8 +46,18 @@ class ConjugateGradients:
         failed: (1,) int, whether the last solve did not converge.
     """
 
-    def __init__(self, system: LinearSystem, values: Any, preconditioner: Preconditioner) -> None:
-        """Work arrays for the matrix in ``values``."""
+    def __init__(
+        self,
+        system: LinearSystem,
+        values: Any,
+        preconditioner: Preconditioner,
+        *,
+        hasty: bool = False,
+    ) -> None:
+        """Work arrays for the matrix in ``values``.
+
+        A ``hasty`` solver iterates less while contact modes are sought (``kernels/linear/stopping``).
+        """
         types, n = system.types, system.node_count
         self._system = system
         self._values = values
@@ -73,6 +83,7 @@ class ConjugateGradients:
         self.counters = system.zeros(len(Counter), wp.int32)
         self.failed = self.counters[Counter.FAILED : Counter.FAILED + 1]
         self._follows = int(system.follows_time_error)
+        self._hasty = int(hasty)
         self.before = system.zeros(n, types.vec3)
         self.start = system.zeros(n, types.vec3)
         self.kinds = system.zeros(n, wp.int32)
@@ -89,6 +100,10 @@ class ConjugateGradients:
 
     def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any], dim: int = 0) -> None:
         launch(kernel, dim or self._system.chunk_count, inputs, outputs, self._system.device)
+
+    def begin_step(self) -> None:
+        """Launch what precedes the solves of a step."""
+        self._launch(self._stopping.begin_step, [self._hasty], [self.counters], dim=1)
 
     def set_target(self, impulses: Any) -> None:
         """Launch the stopping residual: the tolerance times |M v + impulses| of the free nodes."""
@@ -125,7 +140,7 @@ class ConjugateGradients:
         self.residual(right_side, slip_stiffness, change)
         if constraints is not None:
             constraints.finish_residual(v["r"], s["rr"])
-        inputs = [system.tolerance, self._follows, system.node_count]
+        inputs = [system.tolerance, self._follows, system.node_count, self._hasty]
         inputs += [s["rr"], s["change"], self._net, int(first), int(again)]
         self._launch(self._stopping.begin, inputs, [self.scalars, self.counters], dim=1)
 

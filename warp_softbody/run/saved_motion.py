@@ -94,4 +94,4 @@ def arrays_of(
         if part is not None:
             values = (getattr(part, entry.name) for entry in fields(part))
             yield from (value for value in values if isinstance(value, wp.array))
-    yield from stepper.contact.preconditioner.kept
+    yield from stepper.contact.kept
