@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.control_options import ControlOptions
     from warp_softbody.controllers.controller import ActivationCost, Controller, Goals
     from warp_softbody.controllers.motions.balance import Balance, BalanceGains
+    from warp_softbody.controllers.motions.cartwheel import Cartwheel
+    from warp_softbody.controllers.motions.cartwheel_gains import CartwheelGains
     from warp_softbody.controllers.motions.combined import Combined
     from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains, CrawlPhase
     from warp_softbody.controllers.motions.exercise import Exercise, ExerciseGains, Sway
@@ -57,6 +59,8 @@ _HOMES = {
     "BalanceGains": "motions.balance",
     "BodyUnits": "body_units",
     "COLD_OPTIONS": "qpcc",
+    "Cartwheel": "motions.cartwheel",
+    "CartwheelGains": "motions.cartwheel_gains",
     "Combined": "motions.combined",
     "ContactMultipliers": "qpcc",
     "ContactQPCC": "qpcc",
@@ -117,6 +121,8 @@ __all__ = [
     "Balance",
     "BalanceGains",
     "BodyUnits",
+    "Cartwheel",
+    "CartwheelGains",
     "Combined",
     "ContactMultipliers",
     "ContactQPCC",

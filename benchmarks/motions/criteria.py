@@ -195,6 +195,15 @@ def on_trail(motion: RecordedMotion) -> FloatArray:
     return np.array(found)
 
 
+LIMBS = tuple(f"foot_{limb}" for limb in range(4))
+
+
+def stood_on(motion: RecordedMotion) -> float:
+    """How many limbs alone carried the body for a frame at least."""
+    down = of.lowest_of_regions(motion.take, motion.character, LIMBS) < body_motion.CLEAR
+    return float(down[down.sum(axis=1) == 1].any(axis=0).sum())
+
+
 CRITERIA: dict[str, tuple[Criterion, ...]] = {
     "exercise-h": (
         below("error", sway_error, 0.1, PER_CENT),
@@ -227,6 +236,12 @@ CRITERIA: dict[str, tuple[Criterion, ...]] = {
         Criterion("rolls", ROLLED.of, 180.0, form=DEGREES),
         STILL,
         ASIDE,
+    ),
+    "cartwheel-x": (
+        Criterion("turns", lambda m: float(of.turned(m.take, 1)[-1]), 355.0, form=DEGREES),
+        Criterion("limbs stood on", stood_on, 4.0, form="{:.0f}"),
+        *UPRIGHT,
+        below("aside", ASIDE.of, 0.3),
     ),
     "crawl-i": (*CRAWL, below("belly", belly, 0.15)),
     "crawl-i-inchworm": (*CRAWL, Criterion("arch", lambda m: min(arches(m)), 0.2)),

@@ -299,10 +299,21 @@ def control() -> Samples:
         "CrawlPhase": (controllers.CrawlPhase, {"value": "rest"}),
         "QPCCStatus": (controllers.QPCCStatus, {"value": "x"}),
     }
-    for name in ("Balance", "Crawl", "Exercise", "Jump", "Slide"):
+    for name in ("Balance", "Cartwheel", "Crawl", "Exercise", "Jump", "Slide"):
         found[name] = (getattr(controllers, name), {})
         found[f"{name}.goals"] = (getattr(controllers, name)().goals, {"view": view()})
-    for name in ("Balance", "Crawl", "Exercise", "Gesture", "Jump", "Roll", "Slide", "Walk"):
+    kinds = (
+        "Balance",
+        "Cartwheel",
+        "Crawl",
+        "Exercise",
+        "Gesture",
+        "Jump",
+        "Roll",
+        "Slide",
+        "Walk",
+    )
+    for name in kinds:
         found[f"{name}Gains"] = (getattr(controllers, f"{name}Gains"), {})
     return found
 

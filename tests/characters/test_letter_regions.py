@@ -90,6 +90,22 @@ def test_feet_and_limbs_stand_in_their_quadrants(limb: int) -> None:
     assert (limbs[:, :2] * np.array(SIGNS[limb]) >= -1e-6).all()
 
 
+@pytest.mark.parametrize("limb", range(4))
+def test_feet_of_the_upright_x_are_alike_after_a_quarter_turn(limb: int) -> None:
+    letter = characters.letter_x_upright()
+    middle = np.array([0.0, 0.0, 0.5])
+    foot, first = (letter.mesh.points[letter.region(f"foot_{name}")] - middle for name in (limb, 0))
+    turned = first.copy()
+    for _ in range(limb):
+        # anticlockwise seen from the front, x towards z
+        turned = turned[:, [2, 1, 0]] * np.array([-1.0, 1.0, 1.0])
+    assert np.ptp(foot, axis=0) == pytest.approx(np.ptp(turned, axis=0), abs=1e-9)
+    assert foot.mean(axis=0) == pytest.approx(turned.mean(axis=0), abs=0.02)
+    quarters = [set(letter.region(f"foot_{limb}_{part}").tolist()) for part in range(4)]
+    assert set.union(*quarters) == set(letter.region(f"foot_{limb}").tolist())
+    assert set.union(*quarters) <= set(letter.region("rim").tolist())
+
+
 def test_hub_of_the_walker_is_off_the_ground() -> None:
     assert box("letter_x", "hub")[0, 2] == pytest.approx(0.2)
 

@@ -10,6 +10,7 @@ from warp_softbody.characters.letter_i_flat import letter_i_flat
 from warp_softbody.characters.letter_o import letter_o
 from warp_softbody.characters.letter_t import letter_t
 from warp_softbody.characters.letter_x import letter_x
+from warp_softbody.characters.letter_x_upright import letter_x_upright
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 
@@ -23,6 +24,7 @@ __all__ = [
     "letter_o",
     "letter_t",
     "letter_x",
+    "letter_x_upright",
     "make",
     "names",
 ]
@@ -37,6 +39,7 @@ _CHARACTERS = {
         letter_t,
         letter_o,
         letter_x,
+        letter_x_upright,
         letter_i_flat,
     )
 }

@@ -20,6 +20,7 @@ LONGER_EDGES: Mapping[str, tuple[float, ...]] = {
     "letter_o": (1.3,),
     "letter_t": (1.27, 1.45),
     "letter_x": (1.35,),
+    "letter_x_upright": (1.3, 1.6),
 }
 """Edges over those of the usual mesh, of the first coarser mesh, the second and so on."""
 

@@ -18,12 +18,16 @@ from warp_softbody.characters.letter_i_flat import RECIPE as LETTER_I_FLAT
 from warp_softbody.characters.letter_o import RECIPE as LETTER_O
 from warp_softbody.characters.letter_t import RECIPE as LETTER_T
 from warp_softbody.characters.letter_x import RECIPE as LETTER_X
+from warp_softbody.characters.letter_x_upright import RECIPE as LETTER_X_UPRIGHT
 from warp_softbody.characters.store import save
 from warp_softbody.errors import InputError, SoftBodyError
 
 DRAWINGS = {
     recipe.name: recipe
-    for recipe in (LETTER_F, LETTER_H, LETTER_I, LETTER_I_FLAT, LETTER_O, LETTER_T, LETTER_X)
+    for recipe in (
+        *(LETTER_F, LETTER_H, LETTER_I, LETTER_I_FLAT),
+        *(LETTER_O, LETTER_T, LETTER_X, LETTER_X_UPRIGHT),
+    )
 }
 """Of the meshes that letters have where nothing is said."""
 

@@ -16,7 +16,7 @@ from warp_softbody.inputs.records import same
 from warp_softbody.scene_files.records import record_of, table_of
 from warp_softbody.scene_files.tables import Table
 
-KINDS = ("balance", "crawl", "exercise", "gesture", "jump", "roll", "slide", "walk")
+KINDS = ("balance", "cartwheel", "crawl", "exercise", "gesture", "jump", "roll", "slide", "walk")
 """Of each there is a class of that name in `controllers`, and one of its gains."""
 
 COMPOSED = ("combined", "sequence")
