@@ -2,115 +2,92 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from warp_softbody.body.making.lattice import Distance, Filled, stuff
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.making.coverage import Coverage
+from warp_softbody.body.making.grading import reaching, total_volume
+from warp_softbody.body.making.lattice import IntArray
 from warp_softbody.body.making.solid import Solid
-from warp_softbody.body.mesh_geometry import face_parts, surface_triangles, tet_volumes
 from warp_softbody.errors import MeshError
 
 TETS_PER_CUBE = 12.0
 """Tets of the lattice in one of its cubes."""
 
-CLOSE_ENOUGH = 0.1
-"""Share by which the number of tets may differ from the one asked for before the search ends."""
+CLOSE_ENOUGH, CLOSE = 0.1, 0.2
+"""Shares by which the number of tets may differ from the one asked for: where the search ends, and
+where it ends once it has followed the number."""
 
-MOST_TRIES = 8
-"""Spacings tried."""
+STEPS = (None, 1.15, 1.32, 0.87, 0.76)
+"""Spacings tried after the first, as shares of it; None: as the number of tets suggests. Which
+limbs a lattice meets is a matter of chance, so that more spacing may take more tets."""
 
 LEAST_VOLUME = 0.9
 """Share of the solid's volume below which the lattice has missed some of its limbs."""
 
-MOST_GROWTH = 8.0
+MOST_GROWTH = 10
 """Times the tets asked for that a body with thin limbs may get."""
 
-MOST_MOVED = 0.25
-"""Share of the spacing by which the surface may be moved outwards, so that a lattice whose faces
-cut corners keeps the volume."""
 
-SAMPLES = 40
-"""Samples along the longest side of the box by which a solid's volume is estimated."""
+class Filling(NamedTuple):
+    """Tets that fill a solid.
+
+    Attributes:
+        points: (n, 3) m.
+        tets: (m, 4).
+        missed: place (3,) m of a part too thin for them, which its skin carries along; None where
+            there is none.
+    """
+
+    points: FloatArray
+    tets: IntArray
+    missed: FloatArray | None
 
 
-def fill(solid: Solid, tets: int) -> Filled:
+def fill(solid: Solid, tets: int) -> Filling:
     """Fill a solid with about ``tets`` tets; more where its limbs are too thin for so few.
 
     Raises:
         MeshError: nothing is inside, it is of several pieces, or its limbs are too thin by far.
     """
-    volume = _volume(solid)
-    spacing = (TETS_PER_CUBE * volume / tets) ** (1.0 / 3.0)
-    least, fullest = np.inf, 0.0
-    best: Filled | None = None
-    for _ in range(MOST_TRIES):
-        filled = _filled(solid, spacing, volume)
-        count = len(filled.tets)
-        kept = float(tet_volumes(filled.points, filled.tets).sum()) / volume
-        fullest = max(fullest, kept)
-        if kept < LEAST_VOLUME:
-            least = min(least, spacing)
-            spacing *= 0.85
-            if TETS_PER_CUBE * volume / spacing**3 > MOST_GROWTH * tets:
-                break
-            continue
-        if best is None or abs(count - tets) < abs(len(best.tets) - tets):
-            best = filled
-        if abs(count - tets) <= CLOSE_ENOUGH * tets or (spacing < least < np.inf):
+    coverage = Coverage(solid)
+    first = spacing = (TETS_PER_CUBE * coverage.volume / tets) ** (1.0 / 3.0)
+    most, fullest, enough = MOST_GROWTH * tets, 0.0, None
+    best: Filling | None = None
+    for factor in (*STEPS, 1.0):
+        filled, unreached = reaching(solid, spacing, coverage, most)
+        kept = total_volume(filled) / coverage.volume
+        fullest = max(fullest, min(kept, 1.0 - unreached.share))
+        excess = len(filled.tets) / tets
+        if kept >= LEAST_VOLUME and unreached.little:
+            if len(filled.tets) > most:
+                enough = min(enough or len(filled.tets), len(filled.tets))
+            elif best is None or abs(excess - 1.0) < abs(len(best.tets) / tets - 1.0):
+                missed = unreached.farthest if unreached.distance > 0.0 else None
+                best = Filling(filled.points, filled.tets, missed)
+                most = max(len(best.tets), 2 * tets)
+        elif len(filled.tets) <= most and best is None:
+            # cubes an eighth as large miss limbs as well
             break
-        spacing = min(spacing * (count / tets) ** (1.0 / 3.0), least)
+        if best is not None:
+            error = abs(len(best.tets) / tets - 1.0)
+            if error <= (CLOSE_ENOUGH if factor is None else CLOSE):
+                break
+        if factor is not None:
+            spacing = factor * first
+        elif excess > 0.0:
+            spacing *= excess ** (1.0 / 3.0)
     if best is None:
-        share = f"only {fullest:.0%}" if fullest >= 0.005 else "less than 1%"
-        raise MeshError(
-            f"{solid.source}: {tets} tets hold {share} of the body in one piece: it "
-            "has parts that do not touch, or limbs too thin for so few; ask for more tets"
-        )
+        raise MeshError(f"{solid.source}: {_too_few(tets, fullest, enough)}")
     return best
 
 
-def _volume(solid: Solid) -> float:
-    """Volume of what is inside, m^3, by samples."""
-    low, high = solid.bounds
-    step = float((high - low).max()) / SAMPLES
-    axes = [np.arange(low[k] + 0.5 * step, high[k] + 0.5 * step, step) for k in range(3)]
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    # A sample is as full as its cube is inside of the surface that passes through it.
-    share = np.clip(solid.distance(places) / step + 0.5, 0.0, 1.0)
-    if not share.any():
-        raise MeshError(f"{solid.source}: the surface encloses no volume")
-    return float(share.sum()) * step**3
-
-
-def _filled(solid: Solid, spacing: float, volume: float) -> Filled:
-    """The largest piece of the solid at a spacing, moved out so far that it keeps the volume."""
-    out = 0.0
-    low, high = solid.bounds
-    for _ in range(3):
-        lattice_low, lattice_high = low - out, high + out
-        moved = out
-        filled = stuff(_moved(solid, moved), lattice_low, lattice_high, spacing)
-        if not len(filled.tets):
-            return filled
-        filled = _largest(filled)
-        lacking = volume - float(tet_volumes(filled.points, filled.tets).sum())
-        out = float(np.clip(out + lacking / _area(filled), 0.0, MOST_MOVED * spacing))
-        if abs(lacking) < 0.005 * volume or out == moved:
-            break
-    return filled
-
-
-def _moved(solid: Solid, out: float) -> Distance:
-    """Distance to the surface moved outwards, m."""
-    return lambda places: solid.distance(places) + out
-
-
-def _largest(filled: Filled) -> Filled:
-    """The largest piece that hangs together through faces."""
-    part = face_parts(filled.tets)
-    tets = filled.tets[part == np.bincount(part).argmax()]
-    used, tets = np.unique(tets, return_inverse=True)
-    return Filled(filled.points[used], tets.reshape(-1, 4).astype(np.int32))
-
-
-def _area(filled: Filled) -> float:
-    a, b, c = (filled.points[corner] for corner in surface_triangles(filled.tets).T)
-    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+def _too_few(tets: int, fullest: float, enough: int | None) -> str:
+    """Why so many tets do not do, which hold at best a share of the body."""
+    if enough is not None:
+        return f"its limbs are too thin for {tets} tets; ask for {enough}, which hold them"
+    share = f"only {min(fullest, 0.99):.0%}" if fullest >= 0.005 else "less than 1%"
+    return (
+        f"{tets} tets hold {share} of the body in one piece: it has parts that do not touch, or "
+        "limbs too thin for so few; ask for more tets"
+    )

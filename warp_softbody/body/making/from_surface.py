@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warp_softbody.arrays import FloatArray
 from warp_softbody.body import other_surfaces
 from warp_softbody.body.making.filling import fill
 from warp_softbody.body.making.given_surface import given_surface
@@ -88,11 +89,12 @@ def made_from_surface(
             f"{', '.join(solid.repairs)}"
         )
     filled = fill(solid, tets or TETS)
-    _tell(solid.repairs, len(filled.tets), tets or TETS, given.source)
-    points, origin = filled.points, np.zeros(3)
+    origin = floor_place(filled.points) if stand else np.zeros(3)
+    points = filled.points - origin
+    missed = None if filled.missed is None else filled.missed - origin
+    _tell(solid.repairs, len(filled.tets), tets or TETS, missed, given.source)
     if stand:
-        origin = floor_place(points)
-        points = flat_soles(points - origin, filled.tets)
+        points = flat_soles(points, filled.tets)
     skin = surface_skin(surface, solid, matrix, origin)
     mesh = TetMesh(points, filled.tets, skin=skin)
     return made_of_mesh(mesh, name or _identifier(given.source), density, solid.repairs)
@@ -107,11 +109,19 @@ def _tet_mesh(surface: object) -> TetMesh | None:
     return None
 
 
-def _tell(repairs: tuple[str, ...], made: int, wanted: int, source: str) -> None:
+def _tell(
+    repairs: tuple[str, ...], made: int, wanted: int, missed: FloatArray | None, source: str
+) -> None:
     """Warn, on behalf of the caller of `Character.from_surface`."""
     notes = [*repairs]
     if abs(made - wanted) > CLOSE * wanted:
         notes.append(f"{made} tets made where {wanted} were asked for, to hold its thinnest limbs")
+    if missed is not None:
+        x, y, z = missed
+        notes.append(
+            f"a part near ({x:.3g}, {y:.3g}, {z:.3g}) m is too thin for tets of this size and "
+            "carried along by its skin"
+        )
     if notes:
         warnings.warn(f"{source}: {', '.join(notes)}", MeshWarning, stacklevel=4)
 

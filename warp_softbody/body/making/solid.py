@@ -54,13 +54,17 @@ class Solid:
 
     def distance(self, places: FloatArray) -> FloatArray:
         """Distance (k,) m of places (k, 3) to the surface, positive inside."""
-        igl = _libigl()
+        igl = libigl()
         kind = igl.SIGNED_DISTANCE_TYPE_UNSIGNED
         found: FloatArray = igl.signed_distance(places, self.points, self.faces, kind)[0]
-        winding = igl.fast_winding_number(self.points, self.faces, places)
         # Across a hole the number falls from one to nothing, and the skin is where it is a half.
-        side: FloatArray = np.clip(CERTAIN * (2.0 * winding - 1.0), -1.0, 1.0)
+        side: FloatArray = np.clip(CERTAIN * (2.0 * self.winding(places) - 1.0), -1.0, 1.0)
         return found * side
+
+    def winding(self, places: FloatArray) -> FloatArray:
+        """Winding number (k,) of the surface around places (k, 3): 1 inside, 0 outside."""
+        found: FloatArray = libigl().fast_winding_number(self.points, self.faces, places)
+        return found
 
 
 def solid_of(points: FloatArray, faces: Numbers, source: str) -> Solid:
@@ -70,7 +74,7 @@ def solid_of(points: FloatArray, faces: Numbers, source: str) -> Solid:
         MeshError: it encloses nothing.
         MissingExtraError: libigl is not installed.
     """
-    igl = _libigl()
+    igl = libigl()
     if abs(points).max() > LARGEST_COORDINATE:
         raise MeshError(
             f"{source}: a point lies {abs(points).max():.3g} m from the origin, but at most "
@@ -101,7 +105,7 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def _libigl() -> Any:
+def libigl() -> Any:
     """libigl, which is loaded when it is needed."""
     try:
         import igl
@@ -130,7 +134,7 @@ def _outward(points: FloatArray, faces: Numbers, patch: Numbers) -> tuple[Number
 
     A patch of negative volume that lies within the others is the skin of a cavity.
     """
-    igl = _libigl()
+    igl = libigl()
     faces = faces.copy()
     corners = points[faces] - points.mean(axis=0)
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))

@@ -1,0 +1,104 @@
+"""Whether the tets that fill a solid reach all of its limbs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from warp_softbody.arrays import FloatArray
+from warp_softbody.body.making.lattice import Filled
+from warp_softbody.body.making.octree import Octree
+from warp_softbody.body.making.solid import HALF, Solid, libigl
+from warp_softbody.body.mesh_geometry import surface_triangles
+from warp_softbody.errors import MeshError
+
+SAMPLES = 50_000
+"""Places in a solid's box, some tenths of which lie within it."""
+
+ALONG = 40
+"""Samples along the longest side of the box by which a solid's volume is estimated."""
+
+PLASTIC = 1.2207440846057596
+"""The real root of x^4 = x + 1: the multiples of its inverse powers are spread evenly in space."""
+
+NEAR = 0.6
+"""Share of a cube's edge by which places may lie outside of tets that reach them: the lattice cuts
+edges and tips so short."""
+
+FEW = 0.0005
+"""Share of the volume that tets may miss."""
+
+FARTHEST = 0.08
+"""Share of the box's diagonal beyond which no part of a body may lie from its tets; what is nearer
+is carried along by its skin."""
+
+
+class Unreached(NamedTuple):
+    """What tets miss of a solid.
+
+    Attributes:
+        places: (k, 3) m, spread evenly over it.
+        share: of the solid's volume.
+        distance: of the place that is farthest from the tets, m.
+        farthest: (3,) m, that place.
+        little: whether it is so little that its skin can be carried along instead.
+    """
+
+    places: FloatArray
+    share: float
+    distance: float
+    farthest: FloatArray
+    little: bool
+
+
+class Coverage:
+    """Places within a solid, by which the tets that fill it are judged.
+
+    Attributes:
+        volume: of the solid, m^3.
+    """
+
+    def __init__(self, solid: Solid) -> None:
+        """Spread the places over a solid.
+
+        Raises:
+            MeshError: nothing is inside.
+        """
+        low, high = solid.bounds
+        steps = np.outer(np.arange(1, SAMPLES + 1), PLASTIC ** -np.arange(1.0, 4.0))
+        places = low + (steps % 1.0) * (high - low)
+        self._places = places[solid.winding(places) > HALF]
+        self._diagonal = float(np.linalg.norm(high - low))
+        self.volume = _volume(solid)
+
+    def unreached(self, filled: Filled, tree: Octree) -> Unreached:
+        """What the tets in the cubes of an octree miss."""
+        if not len(self._places):
+            return Unreached(self._places, 0.0, 0.0, np.zeros(3), little=True)
+        found = np.full(len(self._places), np.inf)
+        if len(filled.tets):
+            igl = libigl()
+            kind = igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER
+            triangles = surface_triangles(filled.tets)
+            found = igl.signed_distance(self._places, filled.points, triangles, kind)[0]
+        missed = found > NEAR * tree.spacing / 2.0 ** tree.levels(self._places)
+        distance = float(found[missed].max(initial=0.0))
+        little = missed.mean() <= FEW and distance <= FARTHEST * self._diagonal
+        farthest = self._places[int(found.argmax())]
+        return Unreached(
+            self._places[missed], float(missed.mean()), distance, farthest, bool(little)
+        )
+
+
+def _volume(solid: Solid) -> float:
+    """Volume of what is inside, m^3, by cubes about samples."""
+    low, high = solid.bounds
+    step = float((high - low).max()) / ALONG
+    axes = [np.arange(low[k] + 0.5 * step, high[k] + 0.5 * step, step) for k in range(3)]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    # A sample is as full as its cube is inside of the surface that passes through it.
+    share = np.clip(solid.distance(places) / step + 0.5, 0.0, 1.0)
+    if not share.any():
+        raise MeshError(f"{solid.source}: the surface encloses no volume")
+    return float(share.sum()) * step**3
