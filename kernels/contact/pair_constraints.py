@@ -11,7 +11,7 @@ pair. The velocities left free are the null space of N C S, and
 Delassus matrix with unit masses. Systems with it are solved by conjugate gradients of their own, in
 one thread and in double precision: pairs are few beside nodes, and rows that nearly repeat each
 other take most of single precision's digits. Where the velocities asked of such rows may
-contradict, a little is added to its diagonal.
+contradict, a little is added to its diagonal; where even that takes long, they are factorised.
 
 A sliding pair's friction adds a stiffness D to the matrix: C^T D C.
 """
@@ -23,6 +23,7 @@ from typing import Any
 import warp as wp
 
 from warp_softbody.kernels.contact.modes import Mode
+from warp_softbody.kernels.contact.pair_factor import make_pair_factor
 from warp_softbody.kernels.contact.structs import make_pair_structs
 from warp_softbody.kernels.linear.codes import VelocityConstraint
 from warp_softbody.kernels.linear.structs import make_linear_structs
@@ -33,6 +34,10 @@ SUBJECT = "pairs"
 
 MOST_ITERATIONS = 200
 """Most iterations with the Delassus matrix; a dozen suffice."""
+
+HARD = {"float32": 60, "float64": 120}
+"""Iterations of a solve without damping that tell that rows are nearly dependent: they are
+factorised, and the solves to come with these modes are exact."""
 
 ENOUGH = {"float32": 1e-8, "float64": 1e-13}
 """Relative residual of those solves; a little less than rounding of what they project."""
@@ -50,7 +55,7 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
     kernel, func = types.kernel(SUBJECT), types.func(SUBJECT)
     widening = make_widening(precision, SUBJECT)
     wide, narrow = widening.wide, widening.narrow
-    most = wp.constant(MOST_ITERATIONS)
+    most, hard = wp.constant(MOST_ITERATIONS), wp.constant(HARD[precision])
     vec3d = wp.vec3d
     enough = wp.constant(wp.float64(ENOUGH[precision] ** 2))
     damping = wp.constant(wp.float64(DAMPING))
@@ -128,6 +133,9 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
             c = pairs.active[row]
             out[row] = given(pairs, c, modes[c], relative_work(pairs, c, nodal))
 
+    factor = make_pair_factor(precision, SUBJECT, apply)
+    factorise, solve_factor = factor.factorise, factor.solve_factor
+
     @func
     def solve(
         pairs: Pairs,
@@ -136,7 +144,8 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
         work: DelassusWork,
         added: wp.float64,
     ):
-        # y of (N C S C^T N + added) y = r; r is used up; redundant rows share their part
+        # y of (N C S C^T N + added) y = r, and how often; r is used up; redundant rows share their
+        # part
         count = pairs.active_count[0]
         square = wp.float64(0.0)
         for row in range(count):
@@ -165,6 +174,7 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
                     work.p[row] = work.r[row] + beta * work.p[row]
             else:
                 iteration = most
+        return iteration
 
     @func
     def multipliers(
@@ -179,7 +189,15 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
         for row in range(pairs.active_count[0]):
             c = pairs.active[row]
             work.r[row] = given(pairs, c, modes[c], relative(pairs, c, v))
-        solve(pairs, modes, constraints, work, added)
+        if added == none and work.rank[0] >= 0:
+            solve_factor(pairs, modes, work)
+        elif solve(pairs, modes, constraints, work, added) >= hard and added == none:
+            factorise(pairs, modes, constraints, work)
+            if work.rank[0] >= 0:
+                for row in range(pairs.active_count[0]):
+                    c = pairs.active[row]
+                    work.r[row] = given(pairs, c, modes[c], relative(pairs, c, v))
+                solve_factor(pairs, modes, work)
 
     @func
     def remove(
@@ -262,6 +280,7 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
     ):
         # the nearest x that has the relative velocities given; the second time takes off what the
         # damping left
+        work.rank[0] = -1
         for _ in range(2):
             for row in range(pairs.active_count[0]):
                 c = pairs.active[row]

@@ -106,13 +106,18 @@ def make_pair_structs(precision: str) -> SimpleNamespace:
 
     @wp.struct
     class DelassusWork:
-        """Scratch of the conjugate gradients that solve with the pairs' Delassus matrix."""
+        """Scratch of the solves with the pairs' Delassus matrix, and its factor."""
 
         nodal: wp.array(dtype=wp.vec3d)
         y: wp.array(dtype=wp.vec3d)
         r: wp.array(dtype=wp.vec3d)
         p: wp.array(dtype=wp.vec3d)
         q: wp.array(dtype=wp.vec3d)
+        rank: wp.array(dtype=int)
+        codes: wp.array(dtype=int)
+        chosen: wp.array(dtype=int)
+        pivots: wp.array(dtype=wp.float64)
+        lower: wp.array(dtype=wp.float64)
 
     @wp.struct
     class NodeCandidates:

@@ -13,6 +13,7 @@ import warp as wp
 from tests.support.bodies import box, muscular_bar, rig
 from warp_softbody.body.material import Material
 from warp_softbody.device.launching import argument_groups, launch, launched_kernels
+from warp_softbody.engine.body_sums import BodySums
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
 from warp_softbody.kernels.muscles import make_muscles
@@ -87,6 +88,9 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
         muscles = rig(muscular_bar(), muscles="implicit", native_code=native, time_step=0.01)
         muscles.step()
         ReducedDynamics(muscles.stepper).solve(np.ones((1, 3 * muscles.model.node_count)))
+    moments = np.zeros((plain.model.node_count, 4))
+    segments = np.zeros(plain.model.segment_count, np.int32)
+    BodySums(plain.model, moments, segments, []).observe(plain.state, plain.contacts)
     for native in (True, False):
         options: dict[str, Any] = {"preconditioner": "two_level", "native_code": native}
         large = rig(muscular_bar(), time_step=0.01, **options)

@@ -12,7 +12,15 @@ import trimesh
 
 from tests.support.bodies import box, numbers
 from tests.verification.pair_bodies import SOFT
-from warp_softbody import Character, MotionPath, Scene, Simulation, mover, scene_files
+from warp_softbody import (
+    Character,
+    MotionPath,
+    Scene,
+    Simulation,
+    characters,
+    mover,
+    scene_files,
+)
 from warp_softbody.errors import InputError, MeshError
 from warp_softbody.scenes.stairs import ball_mesh
 
@@ -78,6 +86,38 @@ def test_it_pushes_and_is_counted(make: Callable[[], trimesh.Trimesh], depth: fl
     momentum = masses @ numbers(simulation.state.velocities)[nodes]
     np.testing.assert_allclose(momentum, given, atol=1e-3 * np.abs(given).max())
     assert momentum[0] / masses.sum() > SPEED
+
+
+@pytest.mark.parametrize("speed", [5.0, 20.0, 50.0])
+@pytest.mark.parametrize("make_letter", [characters.letter_i, characters.letter_t])
+def test_fast_and_finely_meshed(make_letter: Callable[[], Character], speed: float) -> None:
+    """A round mover of 320 triangles, up to 0.8 m a step: momentum given is momentum taken.
+
+    Its nodes meet the same few triangles of a letter, whose rows nearly repeat each other. No node
+    goes through it: at the end none is inside, and none was as deep as half an edge of 0.1 m.
+    """
+    letter = make_letter()
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.15)
+    low, points = letter.mesh.points.min(axis=0), letter.mesh.points
+    start = np.array((low[0] - 0.2, points[:, 1].mean(), 0.5))
+    surface = trimesh.Trimesh(ball.vertices + start, ball.faces, process=False)
+    body, handle = mover(surface, MotionPath.straight((speed, 0.0, 0.0)))
+    scene = Scene(character=letter, others=(body,), handles=(handle,), gravity=(0.0, 0.0, 0.0))
+    simulation = Simulation(scene, time_step=1.0 / 60.0, fps=60.0)
+    nodes = simulation.model.scene.parts[0].nodes
+    masses, given, deepest = simulation.model.masses[nodes], np.zeros(3), 0.0
+    for _ in range(round(60.0 * (0.15 + 0.5 / speed))):
+        simulation.step()
+        given += simulation.frame().contacts.force_on(letter.name, by="mover") / 60.0
+        ahead = numbers(simulation.state.positions)[nodes] - (speed * simulation.time, 0.0, 0.0)
+        faces = np.asarray(surface.faces, dtype=np.int64)
+        away = igl.signed_distance(ahead, np.asarray(surface.vertices, dtype=float), faces)[0]
+        deepest = max(deepest, -float(away.min()))
+    momentum = masses @ numbers(simulation.state.velocities)[nodes]
+    np.testing.assert_allclose(momentum, given, atol=1e-3 * np.abs(given).max())
+    assert momentum[0] / masses.sum() > speed
+    assert away.min() > 0.0
+    assert deepest < 0.05
 
 
 def test_scene_files_have_movers(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from warp_softbody.device.allocator import Allocator, DeviceArray
+from warp_softbody.kernels.contact.pair_factor import MOST_ROWS
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -101,11 +102,15 @@ class FoundPairs:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class DelassusWork:
-    """Scratch of the solves with the pairs' Delassus matrix, all vec3d.
+    """Scratch of the solves with the pairs' Delassus matrix, and its factor.
 
     Attributes:
-        nodal: (n,) impulses of the pairs at the nodes.
-        y: (c,) multipliers; r, p, q: (c,) residual, direction and product of the iteration.
+        nodal: (n,) vec3d, impulses of the pairs at the nodes.
+        y: (c,) vec3d, multipliers; r, p, q: residual, direction and product of the iteration.
+        rank: (1,) int32, independent rows of the factor; -1 where there is none.
+        codes: (r,) int32, of each row three times the number of its pair, plus its axis.
+        chosen: (r,) int32, the independent rows in the order of their pivots.
+        pivots: (r,) float64, what is left of the diagonal; lower: (r r,) float64, the factor.
     """
 
     nodal: DeviceArray
@@ -113,12 +118,25 @@ class DelassusWork:
     r: DeviceArray
     p: DeviceArray
     q: DeviceArray
+    rank: DeviceArray
+    codes: DeviceArray
+    chosen: DeviceArray
+    pivots: DeviceArray
+    lower: DeviceArray
 
     @staticmethod
     def of(count: int, node_count: int, make: Allocator) -> DelassusWork:
         """For so many pairs at most."""
         rows = {name: make.zeros(count, wp.vec3d) for name in "yrpq"}
-        return DelassusWork(nodal=make.zeros(node_count, wp.vec3d), **rows)
+        return DelassusWork(
+            nodal=make.zeros(node_count, wp.vec3d),
+            rank=make.zeros(1, wp.int32),
+            codes=make.zeros(MOST_ROWS, wp.int32),
+            chosen=make.zeros(MOST_ROWS, wp.int32),
+            pivots=make.zeros(MOST_ROWS, wp.float64),
+            lower=make.zeros(MOST_ROWS * MOST_ROWS, wp.float64),
+            **rows,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
