@@ -29,7 +29,8 @@ def make_flight_groups(precision: str) -> SimpleNamespace:
     """Kernels that choose the bodies of a turning step, in the order of their launch."""
     types = real(precision)
     scalar, vec3, vec4 = types.scalar, types.vec3, types.vec4
-    kernel = types.kernel(SUBJECT)
+    # every step asks which bodies turn, few steps have one that does
+    kernel = types.kernel(SUBJECT, "choice")
     structs = make_flight_structs(precision)
     FlightBodies, StepStart, Spins = structs.FlightBodies, structs.StepStart, structs.Spins
     wide = make_widening(precision, SUBJECT).wide

@@ -16,9 +16,12 @@ from warp_softbody.device.launching import argument_groups, launch, launched_ker
 from warp_softbody.engine.body_sums import BodySums
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
+from warp_softbody.environment.senses import Senses
 from warp_softbody.kernels.muscles import make_muscles
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.scenes import make
+from warp_softbody.world.friction_map import FrictionMap
+from warp_softbody.world.ground import Plane
 from warp_softbody.world.handles import Handle
 from warp_softbody.world.motion_path import MotionPath
 
@@ -96,6 +99,15 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
         large = rig(muscular_bar(), time_step=0.01, **options)
         large.step()
         ReducedDynamics(large.stepper).solve(np.ones((1, 3 * large.model.node_count)))
+    for iterations in (1, 2):
+        spinning = rig(box(), newton_iterations=iterations, time_step=0.01)
+        spinning.place(velocities=np.cross([0.0, 0.0, 20.0], spinning.positions))
+        spinning.step()
+    letter = make("balance-i").scene
+    striped = FrictionMap.stripes([1.0, 0.5], width=0.1)
+    standing = replace(letter, ground=Plane(friction=0.8, friction_map=striped))
+    Simulation(standing, time_step=0.01).step()
+    Senses(Simulation(letter, time_step=0.01), "fibers")
     assert {key for key, _, _ in kernels()} - launched_kernels() == set()
 
 

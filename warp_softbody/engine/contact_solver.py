@@ -287,6 +287,10 @@ class ContactSolver:
             self._pairs.conclude(pairs, solver.counters, self._ground.largest_violations)
             self._add_pair_frictions(contacts)
 
+    def launch_choice_of_turning(self, state: State, contacts: Contacts) -> None:
+        """Launch which bodies are in flight and turn, once contact has settled."""
+        self.turning.launch_choice(state, contacts, self._flown(None))
+
     def launch_turning(
         self,
         state: State,
@@ -295,9 +299,11 @@ class ContactSolver:
         relinearise: Callable[[Any, Any, Any], None],
     ) -> None:
         """Launch the arcs of bodies in flight, once the straight paths stand in ``after``."""
+        self.turning.launch(state, contacts, after, self._flown(relinearise))
+
+    def _flown(self, relinearise: Callable[[Any, Any, Any], None] | None) -> Flown:
         ends = (self.right, self.outer_impulses, self.change)
-        flown = Flown(*ends, self._found_pairs, self._balance.groups, relinearise)
-        self.turning.launch(state, contacts, after, flown)
+        return Flown(*ends, self._found_pairs, self._balance.groups, relinearise)
 
     def launch_account(self, contacts: Contacts) -> None:
         """Launch the account of the step, once its contacts have their impulses."""

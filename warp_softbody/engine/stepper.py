@@ -100,6 +100,9 @@ class Stepper:
         self._most_reach = shortest_edge(mesh.points, mesh.tets) / rounding
         self.contact = ContactSolver(model, self.assembly, self.workspace)
         self._renewal = Renewal(self.contact.preconditioner, model.system)
+        # most runs never turn: on a processor, where asking costs nothing, the kernels of arcs are
+        # compiled when a body first does
+        self._turns_apart = wp.get_device(self._device).is_cpu
         self.assembled: State | None = None
         self.handled: Any = None
         self.holding = 0
@@ -270,6 +273,8 @@ class Stepper:
         self._replay(parts, ends, lambda: self._launch_parts(parts, *own))
         if "solve" in parts:
             self._renewal.done()
+        if "contact" in parts and self._turns_apart and self.contact.turning.found:
+            self._replay(("turning",), own, lambda: self._launch_turning(*own))
 
     def _launch_parts(
         self,
@@ -395,13 +400,30 @@ class Stepper:
         if m.options.newton_iterations > 1:
             self.contact.launch_newton(state, contacts, after.positions, linearise)
         self._launch(k.advance_state, m.node_count, inputs, ends)
+        self.contact.launch_choice_of_turning(state, contacts)
+        own = (state, control, contacts, after)
+        wp.capture_if(
+            self.contact.turning.any,
+            on_true=None if self._turns_apart else lambda: self._launch_turning(*own),
+            on_false=lambda: self._launch_measures(contacts, after),
+        )
+
+    def _launch_turning(
+        self, state: State, control: Control, contacts: Contacts, after: State
+    ) -> None:
+        """Launch the arcs of bodies in flight that turn, and what ends such a step."""
 
         def relinearise(positions: Any, before: Any, change: Any) -> None:
-            moved = struct_of(k.VelocityUpdate, before=before, change=change)
+            moved = struct_of(self._ends.VelocityUpdate, before=before, change=change)
             self._launch_again(state, control, contacts, positions, moved)
 
         self.contact.launch_turning(state, contacts, after, relinearise)
-        self._launch(k.find_extremes, 1, ends[:2], [self._extremes])
+        self._launch_measures(contacts, after)
+
+    def _launch_measures(self, contacts: Contacts, after: State) -> None:
+        """Launch what is measured of a step that is over."""
+        ends = [after.positions, after.velocities]
+        self._launch(self._ends.find_extremes, 1, ends, [self._extremes])
         self.contact.launch_account(contacts)
 
     def _launch_again(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,8 @@ class Flown:
         found: numbers of the pairs that there are, and how many; None where there are none.
         groups: (bodies,) int, under which bodies had their momenta balanced.
         relinearise: launches the matrix and ``right`` at other positions, for the next iterate of
-            velocities ``before + change``; called with (positions, before, change).
+            velocities ``before + change``; called with (positions, before, change). None where
+            nothing turns yet.
     """
 
     right: Any
@@ -44,7 +46,7 @@ class Flown:
     change: Any
     found: list[Any] | None
     groups: Any
-    relinearise: Callable[[Any, Any, Any], None]
+    relinearise: Callable[[Any, Any, Any], None] | None
 
 
 class Turning:
@@ -53,6 +55,9 @@ class Turning:
     What touches what is known at the end of a step alone, so that its last solve is repeated for
     such bodies in their frames, with all other bodies held; where there are none, a sum over the
     nodes of each body that nothing touches is all that it costs (docs/method.md section 1).
+
+    Attributes:
+        any: (1,) int, whether a body turns in the step.
     """
 
     def __init__(
@@ -71,9 +76,7 @@ class Turning:
         self._newton = newton
         precision = model.options.precision
         self._structs = make_flight_structs(precision)
-        # all of one module: made before any of them is launched
-        self._choice, self._frames = make_flight_groups(precision), make_frames(precision)
-        self._arcs = make_arcs(precision)
+        self._choice = make_flight_groups(precision)
         factors = np.array([part.stiffness_factor for part in model.materials])
         self._stiffness_factors = model.array(factors, wp.float64)
         groups = np.arange(bodies, dtype=np.int32)
@@ -95,7 +98,8 @@ class Turning:
         )
         frame = {name: model.zeros(bodies, wp.vec3d) for name in self._structs.Frames.vars}
         self._rigid_frames = struct_of(self._structs.Frames, **frame)
-        self._any = model.zeros(1, wp.int32)
+        self.any = model.zeros(1, wp.int32)
+        self._read_any = HostView(self.any).read
         self._planned = False
         self._counted = model.array([1.0], wp.float64)
         self._write_counted = HostView(self._counted).write
@@ -116,11 +120,32 @@ class Turning:
             self._planned = planned
             self._write_counted(np.array([PLANNED_SHARE if planned else 1.0]))
 
+    @property
+    def found(self) -> bool:
+        """Whether a body turns in the step whose choice was made last."""
+        return bool(self._read_any()[0])
+
+    def launch_choice(self, state: State, contacts: Contacts, flown: Flown) -> None:
+        """Launch which bodies turn, and ``any``, whether there is one, when contact has settled."""
+        self._find(self._start_of(state, flown), contacts, flown)
+
     def launch(self, state: State, contacts: Contacts, after: State, flown: Flown) -> None:
-        """Launch the end of a step, whose straight path stands in ``after``."""
-        start = self._start_of(state, flown)
-        self._find(start, contacts, flown)
-        wp.capture_if(self._any, lambda: self._turn(state, start, contacts, after, flown))
+        """Launch the arcs of the bodies that turn, whose straight paths stand in ``after``."""
+        self._turn(state, self._start_of(state, flown), contacts, after, flown)
+
+    @cached_property
+    def _frames(self) -> Any:
+        return self._kernels_of_arcs[0]
+
+    @cached_property
+    def _arcs(self) -> Any:
+        return self._kernels_of_arcs[1]
+
+    @cached_property
+    def _kernels_of_arcs(self) -> tuple[Any, Any]:
+        """All of one module: made before any of them is launched, and by runs that turn alone."""
+        precision = self._model.options.precision
+        return make_frames(precision), make_arcs(precision)
 
     def _start_of(self, state: State, flown: Flown) -> Any:
         """The struct of the nodes at the start of a step, and of the impulses on them."""
@@ -143,7 +168,7 @@ class Turning:
         inputs = [self._bodies, self._stiffness_factors, self._counted, self._solver.kinds, start]
         self._launch(k.find_spins, bodies, inputs, [self._loose, self._shares, self._spins])
         inputs = [self._groups, self._loose, self._shares]
-        self._launch(k.choose_bodies, 1, inputs, [self._turning, self._any, self._solver.counters])
+        self._launch(k.choose_bodies, 1, inputs, [self._turning, self.any, self._solver.counters])
 
     def _enter(self, start: Any, flown: Flown) -> None:
         """Launch the way into the frames: velocities in them, and their loads."""
@@ -161,7 +186,7 @@ class Turning:
         before, change = solver.before, flown.change
         wp.copy(self._kinds, solver.kinds)
         self._enter(start, flown)
-        if self._newton is not None:
+        if self._newton is not None and flown.relinearise is not None:
             flown.relinearise(state.positions, self._still, self._still)
         self._load(flown)
         self._solve(contacts, flown)
@@ -181,7 +206,8 @@ class Turning:
         def linearise() -> None:
             inputs = [m.arrays.step.factors, state.positions, before, change]
             self._launch(self._frames.place, m.node_count, inputs, [self._placed])
-            flown.relinearise(self._placed, before, change)
+            if flown.relinearise is not None:
+                flown.relinearise(self._placed, before, change)
             self._load(flown)
 
         return Iterate(
