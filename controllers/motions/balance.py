@@ -109,6 +109,11 @@ class Balance:
         self._head_over_base: _Lever | None = None
         self._triangles: np.ndarray[tuple[int, ...], np.dtype[np.int32]] | None = None
 
+    @property
+    def stays(self) -> bool:
+        """That it goes nowhere."""
+        return True
+
     @classmethod
     def for_(cls, character: Character, gains: BalanceGains | None = None) -> Balance:
         """Balance of any body, on its feet.

@@ -119,6 +119,11 @@ class Jump:
         return self.phase in (JumpPhase.STAND, JumpPhase.LAND)
 
     @property
+    def stays(self) -> bool:
+        """Whether it jumps on the spot."""
+        return not any((*self._gains.way, *self._gains.launch[:2]))
+
+    @property
     def finished(self) -> bool:
         """Whether it has stood for its time of rest after the last jump."""
         return self._rested

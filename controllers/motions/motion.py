@@ -12,6 +12,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.arguments import suited_by
 from warp_softbody.controllers.controller import Controller
 from warp_softbody.controllers.inner_controllers import says, told_by
+from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.world.view import BodyView
 
@@ -21,7 +22,8 @@ class Motion:
     """A motion of a sequence, and when it is over: at the first of its ends that comes.
 
     Without any it is over when its controller says so by an attribute ``finished``, as `Jump`,
-    `Roll` and `Exercise` do.
+    `Roll` and `Exercise` do. A way ends none whose controller ``stays`` in its place, as `Balance`
+    and jumps on the spot do.
 
     Attributes:
         controller: that moves the body meanwhile.
@@ -40,15 +42,21 @@ class Motion:
     def __post_init__(self) -> None:
         """Refuse what is no controller, and ends that never come or come at once."""
         told_by(input_kinds.controller("Motion.controller", self.controller))
+        if self.name is not None:
+            input_kinds.name("Motion.name", self.name)
         for field, unit in (("seconds", "s"), ("distance", "m")):
             value = getattr(self, field)
             if value is not None:
                 label = f"Motion.{field}"
                 checks.keep(self, **{field: checks.number(label, value, above=0.0, unit=unit)})
+        others = (self.seconds, self.until)
+        if self.distance is not None and others == (None, None) and says(self.controller, "stays"):
+            raise InputError(
+                f"{self.title} stays in its place, so that a way of {self.distance:g} m never ends "
+                f"it: let it end after seconds, as {self.title}:5s"
+            )
         if self.until is not None:
             checks.called_with("Motion.until", self.until, 1, "a function of a view")
-        if self.name is not None:
-            input_kinds.name("Motion.name", self.name)
 
     @property
     def title(self) -> str:

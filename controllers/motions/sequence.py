@@ -112,8 +112,9 @@ class Sequence:
 
     @property
     def controllers(self) -> tuple[Controller, ...]:
-        """Those of the motions."""
-        return tuple(own.controller for own in self._motions)
+        """Those of the motions, and the one that is on, where it is a copy of one of them."""
+        now = () if self._now is None or not self._copied else (self._now.controller,)
+        return (*(own.controller for own in self._motions), *now)
 
     @property
     def motions(self) -> tuple[Motion, ...]:

@@ -8,10 +8,23 @@ from pathlib import Path
 import numpy as np
 
 from tests.live.conftest import Client, live_scene, served
+from warp_softbody.controllers import (
+    DIAGONAL_PAIRS,
+    Balance,
+    ControlOptions,
+    Motion,
+    Sequence,
+    Walk,
+)
+from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.live.audience import Audience
 from warp_softbody.live.commands import Command
+from warp_softbody.live.live_scene import LivePlan, LiveScene
 from warp_softbody.live.session import LiveSession
+from warp_softbody.scenes import make
 from warp_softbody.stage_exports import read_take, validate
+from warp_softbody.world.ground import Plane
+from warp_softbody.world.scene import Scene
 
 
 def test_nothing_moves_while_nobody_looks_or_it_is_paused(folder: Path) -> None:
@@ -119,6 +132,37 @@ def test_a_walk_is_steered(folder: Path) -> None:
         client.read_until(lambda c: c.seen.time == 0.0)
         client.read_until(lambda c: c.seen.numbers["momentum.x"] > 15.0)
         client.close()
+
+
+def test_walks_within_a_sequence_are_steered() -> None:
+    """Those to come, and the one that is on, which is a copy where rounds repeat."""
+    letter = make("walk-x-fast").scene.character
+    motions = [
+        Motion(controller=Walk(gait=DIAGONAL_PAIRS), seconds=0.2),
+        Motion(controller=Balance(), seconds=0.2),
+    ]
+
+    def plan() -> LivePlan:
+        return LivePlan(
+            name="turns",
+            scene=Scene(character=letter, ground=Plane()),
+            controller=Sequence(motions, rounds=2),
+            options=SimulationOptions(),
+            control=ControlOptions(),
+        )
+
+    scene = LiveScene(plan, fps=60.0)
+    assert scene.steers
+    simulation = scene.begun()
+    simulation.step()
+    scene.steer(0.0, 0.0, 0.5)
+    assert scene.steering == (0.0, 0.0, 0.5)
+    outer = scene.plan.controller
+    assert isinstance(outer, Sequence)
+    walks = [own for own in outer.controllers if isinstance(own, Walk)]
+    guides = {id(walk): walk.__dict__["_guide"] for walk in walks}
+    assert len(guides) == 2 and len(set(map(repr, guides.values()))) == 1
+    simulation.step()
 
 
 def test_a_motion_is_recorded_to_a_stage(folder: Path) -> None:

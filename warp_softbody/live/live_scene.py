@@ -10,6 +10,7 @@ import numpy as np
 
 from warp_softbody.controllers.control_options import METHODS, ControlOptions
 from warp_softbody.controllers.controller import Controller
+from warp_softbody.controllers.inner_controllers import with_inner
 from warp_softbody.engine.options import SimulationOptions
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.world.scene import Scene
@@ -47,7 +48,7 @@ class LiveScene:
         methods: that there are.
         gravity: its size, m/s^2.
         friction: of the ground; None without one.
-        steers: whether the controller can be steered.
+        steers: whether the controller, or one within it, can be steered.
         steering: shares forward, aside and turning as they were set in this run; None while the
             controller goes as it was made to.
     """
@@ -65,7 +66,7 @@ class LiveScene:
         self.method = control.method if muscular and control is not None else NO_CONTROL
         self.gravity = float(np.linalg.norm(scene.gravity))
         self.friction = None if scene.ground is None else float(scene.ground.friction)
-        self.steers = hasattr(self.plan.controller, "steer_by")
+        self.steers = bool(self._steered())
         self.steering: tuple[float, float, float] | None = None
 
     def begun(self) -> Simulation:
@@ -75,11 +76,16 @@ class LiveScene:
         return self._simulation(None)
 
     def steer(self, forward: float, aside: float, turning: float) -> None:
-        """Let the controller go on like this, where it can be steered."""
-        controller: Any = self.plan.controller
-        if self.steers:
+        """Let the controller go on like this, where it can be steered, and those within it."""
+        for controller in self._steered():
             controller.steer_by(forward=forward, aside=aside, turning=turning)
             self.steering = (forward, aside, turning)
+
+    def _steered(self) -> list[Any]:
+        """What can be steered of the controller and of all within it, as walks of a sequence."""
+        outer = self.plan.controller
+        within = () if outer is None else with_inner(outer)
+        return [own for own in within if hasattr(own, "steer_by")]
 
     def continued(self, simulation: Simulation) -> Simulation:
         """The same motion under what is set now."""

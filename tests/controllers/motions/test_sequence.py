@@ -201,6 +201,12 @@ def test_what_cannot_be_composed_is_refused() -> None:
         Sequence([3])  # type: ignore[list-item]
     with pytest.raises(InputError, match=r"Motion.distance must be a positive number of m"):
         Motion(controller=Balance(), distance=0.0)
+    for controller in (Balance(), Jump()):
+        with pytest.raises(
+            InputError, match=r"stays in its place, so that a way of 2 m never ends"
+        ):
+            Motion(controller=controller, distance=2.0)
+        Motion(controller=controller, distance=2.0, seconds=3.0)
     with pytest.raises(InputError, match="must hold a controller at least"):
         Combined([])
     with pytest.raises(InputError, match="weights of Combined must be 1 numbers"):
