@@ -81,4 +81,5 @@ def _mean(now: float, end: float, share: float) -> float:
 def turned(way: FloatArray, angle: float) -> FloatArray:
     """A way (2,) turned by an angle, rad, from x towards y."""
     c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * way[0] - s * way[1], s * way[0] + c * way[1]])
+    x, y = way.tolist()
+    return np.array([c * x - s * y, s * x + c * y])

@@ -89,6 +89,7 @@ class Walk(Steerable):
         self._missing = MissingRate(self._gains.learning)
         self._course: Course | None = None
         self._home = self._left = np.zeros((len(feet), 3))
+        self._sways: dict[tuple[int, ...], FloatArray] = {}
         self._height = 0.0
         self._terrain: FootingOnTerrain | None = None
         self._yaw = 0.0
@@ -166,7 +167,7 @@ class Walk(Steerable):
         self._gains = g = in_si(self._gains, units)
         self._start *= units.time
         self._missing = MissingRate(g.learning)
-        self._home = feet.lowest - view.center_of_mass
+        self._home, self._sways = feet.lowest - view.center_of_mass, {}
         self._height = float(view.center_of_mass[2])
         self._terrain = FootingOnTerrain.of(view, feet.lowest)
         self._yaw = angle_turned(view, 0, 1)
@@ -234,9 +235,13 @@ class Walk(Steerable):
 
     def _away(self, swung: tuple[int, ...]) -> FloatArray:
         """Where in the frame (2,) m the centre of mass is wanted when some feet begin to swing."""
-        if not swung:
-            return np.zeros(2)
-        return np.asarray(-self._gains.sway * self._home[list(swung), :2].mean(axis=0))
+        known = self._sways.get(swung)
+        if known is None:
+            known = np.zeros(2)
+            if swung:
+                known = np.asarray(-self._gains.sway * self._home[list(swung), :2].mean(axis=0))
+            self._sways[swung] = known
+        return known
 
     def _slack(self, view: BodyView, goal: FloatArray) -> FloatArray:
         """What takes the plan back to the body where that has slipped or was pushed away."""

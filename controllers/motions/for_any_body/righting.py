@@ -26,16 +26,24 @@ def righting(
         yaw: rad, about the vertical, by which it is to be turned from the rest orientation.
         turning: rad/s, at which it is to turn.
     """
-    rest = view.scene.character.mesh.points
-    masses, positions = view.masses[: len(rest)], view.positions[: len(rest)]
-    arms = rest - masses @ rest / view.mass
+    arms, loads = view.kept("arms at rest", lambda: _arms(view))
+    positions = view.positions[: len(arms)]
     if yaw:
         c, s = math.cos(yaw), math.sin(yaw)
         arms = arms @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    moments = (masses[:, None] * arms).T @ (positions - view.center_of_mass)
+        loads = view.masses[: len(arms), None] * arms
+    moments = loads.T @ (positions - view.center_of_mass)
     across = moments - moments.T
     turned = np.array([across[1, 2], across[2, 0], across[0, 1]])
     rate = -turn * turned - spin * view.angular_momentum
     if turning:
         rate[2] += spin * turning * moments_of_inertia(view)[2]
     return np.asarray(rate)
+
+
+def _arms(view: BodyView) -> tuple[FloatArray, FloatArray]:
+    """Places (n, 3) m of the nodes at rest about their centre of mass, and masses times these."""
+    rest = view.scene.character.mesh.points
+    masses = view.masses[: len(rest)]
+    arms = rest - masses @ rest / view.mass
+    return arms, masses[:, None] * arms
