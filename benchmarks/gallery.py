@@ -21,18 +21,25 @@ from warp_softbody.stage_exports import draw_frame, draw_take
 README_SCENE, README_SECONDS = "balance-i", 2.0
 """The README shows the push alone."""
 
+WITH_SETTINGS = {
+    "balance-i-hops": ("balance-i", {"push": 0.65}, 2.2),
+    "balance-i-falls": ("balance-i", {"push": 0.8}, 1.4),
+}
+"""Strips of a scene with settings, and how many seconds of it they show."""
+
 FLAT = ("letter_x", "letter_i_flat")
 """Characters that are drawn from above too."""
 
 
 def strip(name: str, docs: Path, folder: Path) -> Path:
     """A scene as a strip of frames."""
-    plan = scenes.make(name)
+    scene, settings, seconds = WITH_SETTINGS.get(name, (name, {}, None))
+    plan = scenes.make(scene, settings)
     readme = name == README_SCENE
     stage = folder / f"{name}.usdc"
     simulation = Simulation(plan.scene, plan.controller, time_step=plan.time_step)
     with StageWriter(stage, plan.scene) as writer:
-        for frame in simulation.run(README_SECONDS if readme else plan.seconds):
+        for frame in simulation.run(README_SECONDS if readme else seconds or plan.seconds):
             writer.write(frame)
     if readme:
         return draw_take(docs / f"images/{name}.png", stage, count=6, columns=6, size=(260, 300))
@@ -60,7 +67,7 @@ def portraits(name: str, docs: Path, folder: Path) -> list[Path]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw what was asked for, everything without a name."""
-    known = [*controlled(), "stack", *characters.names()]
+    known = [*controlled(), *WITH_SETTINGS, "stack", *characters.names()]
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help="scenes and characters")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the pages")

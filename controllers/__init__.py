@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.jump import Jump
     from warp_softbody.controllers.motions.jump_gains import JumpGains
     from warp_softbody.controllers.motions.motion import Motion
+    from warp_softbody.controllers.motions.recovery_gains import RecoveryGains
     from warp_softbody.controllers.motions.roll import Roll
     from warp_softbody.controllers.motions.roll_gains import Leg, RollGains
     from warp_softbody.controllers.motions.sequence import Sequence
@@ -88,6 +89,7 @@ _HOMES = {
     "QPCC": "qpcc",
     "QPCCResult": "qpcc",
     "QPCCStatus": "qpcc",
+    "RecoveryGains": "motions.recovery_gains",
     "Roll": "motions.roll",
     "RollGains": "motions.roll_gains",
     "Sequence": "motions.sequence",
@@ -147,6 +149,7 @@ __all__ = [
     "Patch",
     "QPCCResult",
     "QPCCStatus",
+    "RecoveryGains",
     "Roll",
     "RollGains",
     "Sequence",

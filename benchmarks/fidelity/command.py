@@ -3,6 +3,7 @@
     python -m benchmarks.fidelity                                    # all scenes, all variants
     python -m benchmarks.fidelity --scenes slide-f --variants "as shipped" "dt / 2"
     python -m benchmarks.fidelity --limit 300 --budget 3600 --write docs/robustness.md
+    python -m benchmarks.fidelity --scenes balance-i --set push=0.65
     python -m benchmarks.fidelity --budget 0 --json                  # what the journal has
 
 Cheap runs are made first. Each is in the journal when it ends, so that a command that was stopped,
@@ -16,7 +17,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from benchmarks.marked_page import put
 from benchmarks.motions.criteria import CRITERIA
 from benchmarks.robustness.outcomes import Cell, OutcomeJournal, VariationOutcome
 from benchmarks.robustness.sweep import fill
+from benchmarks.robustness.variation import Variation
 from warp_softbody.errors import SoftBodyError
 
 Show = Callable[[VariationOutcome, int, int], None]
@@ -42,7 +44,7 @@ def main(arguments: Sequence[str] | None = None, show: Show | None = None) -> in
     """
     args = _parser().parse_args(arguments)
     cells = [
-        Cell(scene=scene, variation=VARIANTS[name], seconds=args.seconds)
+        Cell(scene=scene, variation=_set(VARIANTS[name], args.set), seconds=args.seconds)
         for scene in args.scenes
         for name in args.variants
     ]
@@ -65,6 +67,22 @@ def main(arguments: Sequence[str] | None = None, show: Show | None = None) -> in
     return 0
 
 
+def _set(variant: Variation, given: Sequence[tuple[str, float]]) -> Variation:
+    """The variant with settings of the scene."""
+    return replace(variant, settings={**variant.settings, **dict(given)})
+
+
+def _setting(text: str) -> tuple[str, float]:
+    """A setting and its number."""
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"expected NAME=VALUE with a number, got {text!r}"
+        ) from None
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.fidelity",
@@ -74,6 +92,14 @@ def _parser() -> argparse.ArgumentParser:
     known, names = list(CRITERIA), list(VARIANTS)
     parser.add_argument("--scenes", nargs="+", choices=known, default=known, metavar="SCENE")
     parser.add_argument("--variants", nargs="+", choices=names, default=names, metavar="VARIANT")
+    parser.add_argument(
+        "--set",
+        type=_setting,
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a setting of the scenes",
+    )
     parser.add_argument("--workers", type=count, default=1, help="processes (1)")
     parser.add_argument("--seconds", type=float, help="length of a run; default the scene's")
     parser.add_argument("--limit", type=float, help="s after which a run is broken off")

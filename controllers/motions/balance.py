@@ -10,7 +10,6 @@ import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
-from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, in_si
@@ -19,6 +18,12 @@ from warp_softbody.controllers.motions.any_body import feet_of, require_muscles,
 from warp_softbody.controllers.motions.balance_gains import ANY_BODY, BalanceGains
 from warp_softbody.controllers.motions.body_measures import BASE_PATCHES, mean_weights, region_mean
 from warp_softbody.controllers.motions.for_any_body.support import hull, reach, room
+from warp_softbody.controllers.motions.recovery import Recovery, RecoveryPhase, Tipping
+from warp_softbody.controllers.motions.standing_body import (
+    middle_at_rest,
+    sole_triangles,
+    stance_of,
+)
 from warp_softbody.controllers.patches import ground_patches
 from warp_softbody.inputs import checks, input_kinds
 from warp_softbody.inputs.records import unchecked_copy
@@ -108,6 +113,7 @@ class Balance:
         self._height: float | None = None
         self._head_over_base: _Lever | None = None
         self._triangles: np.ndarray[tuple[int, ...], np.dtype[np.int32]] | None = None
+        self._recovery = Recovery(self._base, self._head, self._patches)
 
     @property
     def stays(self) -> bool:
@@ -131,17 +137,23 @@ class Balance:
         feet = feet_of(character)
         if gains is None:
             narrow = (
-                room(character.mesh.points[character.region("base")], _middle(character)) < NARROW
+                room(character.mesh.points[character.region("base")], middle_at_rest(character))
+                < NARROW
             )
             gains = replace(ANY_BODY, height_within=RISE_WITHIN) if narrow else ANY_BODY
         # Feet apart from each other do not widen, and a sole of points has no area.
         apart = any(name.startswith("foot_") for name in character.regions)
-        if apart or not len(_sole(character, "base")):
+        if apart or not len(sole_triangles(character, "base")):
             gains = replace(gains, base_weight=0.0)
         x, y, height = np.ptp(character.mesh.bounds, axis=0)
         if height < LYING * max(x, y):
             gains = replace(gains, upright_weight=0.0)
-        return cls(gains, patches=feet, stance=_stance(character))
+        return cls(gains, patches=feet, stance=stance_of(character))
+
+    @property
+    def interruptible(self) -> bool:
+        """Whether it stands, and is not on its way to where it will stand again."""
+        return self._recovery.phase is RecoveryPhase.STAND
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
@@ -155,6 +167,10 @@ class Balance:
         if self._height is None:
             self._height = float((view.center_of_mass - target)[2])
         ahead = self._capture_point(view, target)
+        if g.recovery.leave > 0.0:
+            hops = self._recovery.goals(view, g.recovery, self._fall(view, target, ahead))
+            if hops is not None:
+                return hops
         offset = math.hypot(*ahead)
         target[2] += self._height - min(g.crouch * offset, 0.3 * self._height)
         pull = view.mass * g.position * (target - view.center_of_mass)
@@ -272,28 +288,19 @@ class Balance:
         time = math.sqrt(height / max(view.gravity, 1e-6))
         return np.asarray((over + view.linear_momentum * (time / view.mass))[:2])
 
+    def _fall(self, view: BodyView, base: FloatArray, ahead: FloatArray) -> Tipping:
+        """How the body is about to fall, for its recovery."""
+        height = float((view.center_of_mass - base)[2])
+        least = LEAST_HEIGHT * BodyUnits.of(view).length
+        return Tipping(
+            ahead=ahead,
+            speed=view.linear_momentum[:2] / view.mass,
+            fall=math.sqrt(max(height, least) / max(view.gravity, 1e-6)),
+            sole=self._lever(view).sole,
+            height=height / max(self._height or 0.0, least),
+        )
+
     def _widen(self, view: BodyView, growth: float) -> objectives.Objective:
         if self._triangles is None:
-            self._triangles = _sole(view.scene.character, self._base)
+            self._triangles = sole_triangles(view.scene.character, self._base)
         return objectives.base_area(view, self._triangles, growth, self._gains.base_weight)
-
-
-def _sole(character: Character, base: str) -> np.ndarray[tuple[int, ...], np.dtype[np.int32]]:
-    """Triangles (f, 3) of the skin that lie in the base."""
-    surface = character.mesh.surface
-    return surface[np.isin(surface, character.region(base)).all(axis=1)]
-
-
-def _stance(character: Character) -> tuple[float, float]:
-    """Where (2,) L the centre of mass rests over the base, from the mean of its nodes."""
-    mesh = character.mesh
-    middle = _middle(character) - mesh.points[character.region("base")].mean(axis=0)
-    x, y, _ = middle / float(np.ptp(mesh.bounds, axis=0).max())
-    return float(x), float(y)
-
-
-def _middle(character: Character) -> FloatArray:
-    """Centre of mass (3,) m at rest."""
-    mesh = character.mesh
-    mass = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points))
-    return np.asarray(mass @ mesh.points / mass.sum())

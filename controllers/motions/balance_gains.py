@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from warp_softbody.controllers.body_units import dimension
 from warp_softbody.controllers.controller import ActivationCost
+from warp_softbody.controllers.motions.recovery_gains import RecoveryGains
 from warp_softbody.inputs import checks
 
 
@@ -44,6 +45,7 @@ class BalanceGains:
         relax: by how much more than one effort costs a body that stands well, as a factor, so that
             its own damping brings it to rest.
         relax_within: L, offset of the capture point from which on effort costs as usual.
+        recovery: how the body leaves its base where it cannot stay on it; the default never does.
     """
 
     position: float = field(default=4.587, metadata=dimension(time=-2.0))
@@ -71,6 +73,7 @@ class BalanceGains:
     )
     relax: float = 0.0
     relax_within: float = field(default=0.1, metadata=dimension(length=1.0))
+    recovery: RecoveryGains = field(default_factory=RecoveryGains)
 
     def __post_init__(self) -> None:
         """Refuse gains that are not finite or out of their range."""
@@ -97,6 +100,7 @@ class BalanceGains:
             finite=("crouch", "base_rate", "follow", "lean", "least_height"),
         )
         checks.instance("BalanceGains.activation", self.activation, ActivationCost)
+        checks.instance("BalanceGains.recovery", self.recovery, RecoveryGains)
 
 
 LETTER = BalanceGains(
@@ -121,6 +125,7 @@ LETTER = BalanceGains(
     activation=ActivationCost(effort=0.1, change=0.028),
     relax=20.0,
     relax_within=0.1,  # L
+    recovery=RecoveryGains(leave=1.37),  # of the way to the edge
 )
 """Of the letter that balances. By hand, after a search by
 evolution at pushes of 0.5 to 0.52 with the step, twice and a quarter of it. Momenta count little: a
@@ -137,6 +142,7 @@ ANY_BODY = replace(
     skip_from=1.0,
     activation=ActivationCost(effort=0.1, change=0.5),
     relax=0.0,
+    recovery=RecoveryGains(),
 )
 """Of a body that has none of its own: calmer, without what the letter's shape alone bears. A body
 that leans back against a push over its heels falls over them."""

@@ -276,6 +276,7 @@ def control() -> Samples:
         "Roll.for_": (controllers.Roll.for_, {"character": muscled()}),
         "SolverOptions": (controllers.SolverOptions, {}),
         "StepGains": (controllers.StepGains, {}),
+        "RecoveryGains": (controllers.RecoveryGains, {}),
         "Steering": (controllers.Steering, {}),
         "Sway": (controllers.Sway, {}),
         "Trail": (controllers.Trail, {"points": np.eye(2)}),

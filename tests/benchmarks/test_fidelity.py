@@ -228,3 +228,13 @@ def test_the_page_has_every_scene_and_variant() -> None:
     assert [line.split("|")[1].strip() for line in lines] == [f"`{name}`" for name in CRITERIA]
     assert all(line.count("|") == head.count("|") for line in lines)
     assert "cells hold all criteria" in written and "Written on" in written
+
+
+def test_settings_of_a_scene_are_runs_of_their_own(tmp_path: Path) -> None:
+    journal = tmp_path / "runs.jsonl"
+    line = ["--scenes", "balance-i", "--variants", "as shipped", "--journal", str(journal)]
+    for more in ([], ["--set", "push=0.3"]):
+        assert main([*line, "--seconds", str(SHORT), *more]) == 0
+    assert len(journal.read_text().splitlines()) == 2
+    with pytest.raises(SystemExit):
+        main([*line, "--set", "push=much"])

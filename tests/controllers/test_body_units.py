@@ -19,6 +19,7 @@ GAINS = (
     controllers.ExerciseGains(),
     controllers.JumpGains(way=(0.1, 0.2), rise=0.1, turn=0.3),
     controllers.Leg(direction=1.0, turn=2.0),
+    controllers.RecoveryGains(leave=1.2),
     controllers.RollGains(),
     controllers.SlideGains(),
     controllers.Sway(),

@@ -8,8 +8,9 @@ from warp_softbody.body.character import Character
 from warp_softbody.characters import letter_i
 from warp_softbody.controllers.motions.balance import Balance
 from warp_softbody.controllers.motions.balance_gains import LETTER
+from warp_softbody.controllers.motions.recovery_gains import RecoveryGains
 from warp_softbody.scenes.coarse_meshes import coarse_setting
-from warp_softbody.scenes.plan import SceneRecipe, Values
+from warp_softbody.scenes.plan import SceneRecipe, Setting, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.scene import Scene
@@ -23,6 +24,15 @@ STIFFNESS_DAMPING = 0.035  # s
 
 PUSH = replace(PUSH_SETTINGS[0], default=0.5)
 """One that topples the QP in which touching contacts hold still."""
+
+HOPS = Setting(
+    name="hops",
+    whole=True,
+    default=1,
+    low=0,
+    high=1,
+    help="whether it hops where it cannot stay on its base: 1, or 0 for never",
+)
 
 
 def balancing_letter(coarse: float = 0.0) -> Character:
@@ -48,13 +58,14 @@ def build(values: Values) -> tuple[Scene, Balance]:
         ground=Plane(friction=values["friction"]),
         pushes=head_push(character, values),
     )
-    return scene, Balance(GAINS)
+    stays = replace(GAINS, recovery=RecoveryGains())
+    return scene, Balance(GAINS if values["hops"] else stays)
 
 
 RECIPE = SceneRecipe(
     name="balance-i",
     description="letter I recovers from a push at its head",
-    settings=(PUSH, *PUSH_SETTINGS[1:], coarse_setting("letter_i")),
+    settings=(PUSH, *PUSH_SETTINGS[1:], HOPS, coarse_setting("letter_i")),
     build=build,
     seconds=6.0,
     time_step=1.0 / 60.0,
