@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,15 @@ def test_makes_saves_and_describes(surface: Path, capsys: pytest.CaptureFixture[
     character = Character.load(out)
     assert character.name == "column"
     assert character.segment_count == facts["segments"]
+
+
+def test_a_body_that_may_lie_is_told(surface: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["character", str(surface), "-o", str(surface.with_name("c.char")), "--unit", "cm"]
+    assert main([*line, "--tets", "300"]) == 0
+    told = r"z was taken for up; if it lies and is to stand 0\.8\d* m high, give --up y"
+    assert re.search(told, capsys.readouterr().out)
+    assert main([*line, "--tets", "300", "--up", "z"]) == 0
+    assert "taken for up" not in capsys.readouterr().out
 
 
 def test_a_made_character_runs(surface: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,6 +18,13 @@ if TYPE_CHECKING:
     from warp_softbody.run.muscle_authority import Authority
 
 
+WITH_AXES = (".glb", ".usd", ".usda", ".usdc", ".usdz")
+"""Ends of files that say which way is up."""
+
+LYING = 1.4
+"""Length over height from which on a body may be one that stands, in a file whose y is up."""
+
+
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Register the subcommand; its handler is `run`."""
     parser = subparsers.add_parser(
@@ -207,9 +214,17 @@ def _as_text(args: argparse.Namespace, made: Made) -> str:
             f"{facts['tets']} tets, Young's modulus {facts['young_modulus']:.2g} Pa",
             f"{arms}, {_counted(facts['fibers'], 'fibre')} of together "
             f"{_counted(facts['segments'], 'segment')}",
+            *_lies(args, y, max(x, y) / z),
             f"character {args.out}",
         )
     )
+
+
+def _lies(args: argparse.Namespace, y: float, length: float) -> tuple[str, ...]:
+    """A line where the file's y may have been meant for up: ``length`` is over the height."""
+    if args.up is not None or args.surface.suffix.lower() in WITH_AXES or length < LYING:
+        return ()
+    return (f"z was taken for up; if it lies and is to stand {y:.3g} m high, give --up y",)
 
 
 def _counted(count: int, single: str) -> str:
