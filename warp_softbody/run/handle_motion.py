@@ -43,7 +43,7 @@ class HandleMotion:
         self.return_to(tuple(found), time)
 
     def return_to(self, aside: tuple[FloatArray, ...], time: float) -> None:
-        """Go on at a time, s, beside paths as `aside` has it."""
+        """Go on at a time, s, with nodes that stand ``aside`` of their paths, as `aside` has it."""
         dt = self._model.options.time_step
         self.aside = aside
         self.holds = tuple(handle.holds(time - dt, dt) for handle in self._model.scene.handles)
