@@ -29,7 +29,7 @@ LOOSE_REDUCTION = 0.03
 """Reduction of the residual in a solve whose only purpose is to choose contact modes."""
 
 EARLY_REDUCTIONS = ((3, 0.2), (6, 0.1))
-"""The same of a hasty solver, before so many passes of a step: its early modes are guesses anyhow."""
+"""The same of a hasty solver, before so many passes of a step: its early modes are guesses."""
 
 UNSETTLED_PASSES = 3
 """Passes of the last step from which on a hasty solver takes the first one of the next step for

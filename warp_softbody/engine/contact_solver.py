@@ -39,8 +39,8 @@ FRESH_ITERATIONS = 3
 def _may_be_hasty(model: Model) -> bool:
     """Whether modes may be sought by few iterations.
 
-    So they may in large bodies, whose iterations cost most. A kept factor leaves a pass one to five.
-    Pairs have few passes, and bodies stacked on each other need good modes from the start.
+    So they may in large bodies, whose iterations cost most. A kept factor leaves a pass one to
+    five. Pairs have few passes, and bodies stacked on each other need good modes from the start.
     """
     large = model.system.coarse is not None
     enough = model.options.max_contact_passes >= ALL_PASSES

@@ -56,7 +56,8 @@ class ConjugateGradients:
     ) -> None:
         """Work arrays for the matrix in ``values``.
 
-        A ``hasty`` solver iterates less while contact modes are sought (``kernels/linear/stopping``).
+        A ``hasty`` solver iterates less while contact modes are sought
+        (``kernels/linear/stopping``).
         """
         types, n = system.types, system.node_count
         self._system = system
