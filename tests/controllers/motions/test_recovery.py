@@ -7,15 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warp_softbody import Scene, Simulation, scenes
+from warp_softbody import Plane, Scene, Simulation, scenes
 from warp_softbody.arrays import FloatArray
-from warp_softbody.characters import letter_i
+from warp_softbody.characters import letter_i, letter_t
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.motions.balance import Balance
-from warp_softbody.controllers.motions.balance_gains import LETTER
+from warp_softbody.controllers.motions.balance_gains import ANY_BODY, LETTER
 from warp_softbody.controllers.motions.outer_push import OuterPush
 from warp_softbody.controllers.motions.recovery import Recovery, RecoveryPhase, Tipping
 from warp_softbody.controllers.motions.recovery_gains import RecoveryGains
+from warp_softbody.scenes.pushes import head_push
 from warp_softbody.world.view import BodyView
 
 SCENE = Scene(character=letter_i())
@@ -134,3 +135,23 @@ def test_a_push_that_is_borne_on_the_base_is_borne_as_without_hops() -> None:
 def test_it_is_not_to_be_interrupted_while_it_hops() -> None:
     _, balance = run(0.65, LETTER.recovery, 0.9)
     assert not balance.interruptible
+
+
+@pytest.mark.parametrize("push", [0.5, -0.5])
+def test_another_body_hops_by_the_same_gains(push: float) -> None:
+    """Letter T, softer and heavier above, falls where it is to stay on its base."""
+    letter = letter_t()
+    scene = Scene(
+        character=letter,
+        ground=Plane(friction=0.8),
+        pushes=head_push(letter, {"push": push, "push_seconds": 0.2}),
+    )
+    heights = []
+    for leave in (0.0, LETTER.recovery.leave):
+        gains = replace(ANY_BODY, recovery=RecoveryGains(leave=leave))
+        balance = Balance.for_(letter, gains)
+        for frame in Simulation(scene, balance, time_step=STEP).run(3.0):
+            last = frame
+        heights.append(float(np.asarray(last.positions)[:, 2].max()))
+    assert heights[0] < 0.7 * letter.mesh.points[:, 2].max()
+    assert heights[1] > 0.95 * letter.mesh.points[:, 2].max()
