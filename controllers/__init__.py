@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.combined import Combined
     from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains, CrawlPhase
     from warp_softbody.controllers.motions.exercise import Exercise, ExerciseGains, Sway
+    from warp_softbody.controllers.motions.flip import Flip
+    from warp_softbody.controllers.motions.flip_gains import FlipGains, TakeOff
     from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
     from warp_softbody.controllers.motions.gesture import Gesture, GestureGains
     from warp_softbody.controllers.motions.jump import Jump
@@ -73,6 +75,8 @@ _HOMES = {
     "DIAGONAL_PAIRS": "motions.walk",
     "Exercise": "motions.exercise",
     "ExerciseGains": "motions.exercise",
+    "Flip": "motions.flip",
+    "FlipGains": "motions.flip_gains",
     "FullForm": "qpcc",
     "GeneralMultipliers": "qpcc",
     "GeneralResult": "qpcc",
@@ -99,6 +103,7 @@ _HOMES = {
     "StepGains": "motions.for_any_body.step_gains",
     "Steering": "motions.steering",
     "Sway": "motions.exercise",
+    "TakeOff": "motions.flip_gains",
     "Trail": "motions.steering",
     "WARM_OPTIONS": "qpcc",
     "Walk": "motions.walk",
@@ -135,6 +140,8 @@ __all__ = [
     "CrawlPhase",
     "Exercise",
     "ExerciseGains",
+    "Flip",
+    "FlipGains",
     "FullForm",
     "GeneralMultipliers",
     "GeneralResult",
@@ -159,6 +166,7 @@ __all__ = [
     "Steering",
     "StepGains",
     "Sway",
+    "TakeOff",
     "Trail",
     "Walk",
     "WalkGains",

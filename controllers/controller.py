@@ -41,12 +41,15 @@ class Goals:
         patches: contacts that the plan may use.
         activation: cost of the activations.
         resting: segments that may not contract.
+        nominal: activations, one a segment, from which changes are counted; empty for those of the
+            last step.
     """
 
     objectives: tuple[Objective, ...]
     patches: tuple[Patch, ...] = ()
     activation: ActivationCost = field(default_factory=ActivationCost)
     resting: tuple[int, ...] = ()
+    nominal: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse entries that are no objectives, patches or segments."""
@@ -56,7 +59,15 @@ class Goals:
             patches=checks.items("Goals.patches", self.patches, Patch),
             activation=checks.instance("Goals.activation", self.activation, ActivationCost),
             resting=segments("Goals.resting", self.resting),
+            nominal=_activations("Goals.nominal", self.nominal),
         )
+
+
+def _activations(label: str, value: object) -> tuple[float, ...]:
+    given = checks.several(label, value, "a tuple of activations")
+    return tuple(
+        checks.number(f"{label}[{i}]", each, low=0.0, high=1.0) for i, each in enumerate(given)
+    )
 
 
 def segments(label: str, value: object) -> tuple[int, ...]:

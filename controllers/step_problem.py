@@ -19,6 +19,7 @@ from warp_softbody.controllers.qpcc.contact.problem import (
     uniform_directions,
 )
 from warp_softbody.engine.reduced_dynamics import Maps
+from warp_softbody.errors import InputError
 from warp_softbody.world.view import BodyView
 
 SHORTEST = 0.5
@@ -54,6 +55,7 @@ def build_qpcc(
     patches know their friction along `DIRECTIONS` of them.
     """
     stride = DIRECTIONS // cone
+    activations = _counted_from(goals, activations)
     wanted = sum(len(objective.rows) for objective in goals.objectives)
     scale = problem.rest_lengths
     by_activation = problem.muscle_map * scale
@@ -121,7 +123,7 @@ def step_terms(
         lengths=maps.lengths,
         reaches=maps.reaches,
         rest_lengths=maps.rest_lengths,
-        activations=activations,
+        activations=_counted_from(goals, activations),
         targets=joined([o.target for o in objectives]) if objectives else np.zeros(0),
         goal_weights=joined([o.weight for o in objectives]) if objectives else np.zeros(0),
         gaps=np.array([patch.gap for patch in patches]) / time_step,
@@ -131,6 +133,22 @@ def step_terms(
         directions=planned_directions(cone),
         resting=goals.resting,
     )
+
+
+def _counted_from(goals: Goals, activations: FloatArray) -> FloatArray:
+    """The activations (s,) from which a change costs something.
+
+    Raises:
+        InputError: those of the goals are not one a segment.
+    """
+    if not goals.nominal:
+        return activations
+    if len(goals.nominal) != len(activations):
+        raise InputError(
+            f"Goals.nominal must have {len(activations)} activations, one for each segment, "
+            f"not {len(goals.nominal)}"
+        )
+    return np.array(goals.nominal)
 
 
 def _activation_weights(cost: ActivationCost, count: int, step: float) -> tuple[float, float]:

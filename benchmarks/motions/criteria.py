@@ -237,6 +237,10 @@ CRITERIA: dict[str, tuple[Criterion, ...]] = {
         STILL,
         ASIDE,
     ),
+    "flip-i": (
+        Criterion("turns in the air", lambda m: of.flipped_in_air(m.take), 300.0, form=DEGREES),
+        *UPRIGHT,
+    ),
     "cartwheel-x": (
         Criterion("turns", lambda m: float(of.turned(m.take, 1)[-1]), 355.0, form=DEGREES),
         Criterion("limbs stood on", stood_on, 4.0, form="{:.0f}"),

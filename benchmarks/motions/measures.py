@@ -47,6 +47,15 @@ def turned_in_air(take: Take) -> float:
     return abs(body_motion.turned_in_air(take.tet_points[:, :, 2].min(axis=1), turned(take, 2)))
 
 
+def flipped_in_air(take: Take) -> float:
+    """Degrees about y, forward, from when the body leaves the floor to when it is back for good."""
+    lowest = take.tet_points[:, :, 2].min(axis=1)
+    first = body_motion.spans(lowest > body_motion.CLEAR)
+    longest = max(first, key=lambda span: span[1] - span[0], default=(0, 0))
+    own = slice(max(longest[0] - 1, 0), longest[1] + 1)
+    return body_motion.turned_in_air(lowest[own], turned(take, 1)[own])
+
+
 def rolled_back(take: Take) -> float:
     """Degrees about y from the furthest forward to the furthest back after it."""
     return body_motion.turned_back(turned(take, 1))

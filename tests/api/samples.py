@@ -272,6 +272,7 @@ def control() -> Samples:
         ),
         "QPCC": (controllers.QPCC, linear),
         "QPCC.load": (controllers.QPCC.load, {"path": "none.npz"}),
+        "Cartwheel": (controllers.Cartwheel, {}),
         "Roll": (controllers.Roll, {"legs": (), "rim": "base"}),
         "Roll.for_": (controllers.Roll.for_, {"character": muscled()}),
         "SolverOptions": (controllers.SolverOptions, {}),
@@ -279,6 +280,7 @@ def control() -> Samples:
         "RecoveryGains": (controllers.RecoveryGains, {}),
         "Steering": (controllers.Steering, {}),
         "Sway": (controllers.Sway, {}),
+        "TakeOff": (controllers.TakeOff, {}),
         "Trail": (controllers.Trail, {"points": np.eye(2)}),
         "Walk": (controllers.Walk, {"gait": controllers.ONE_BY_ONE}),
         **{
@@ -300,21 +302,11 @@ def control() -> Samples:
         "CrawlPhase": (controllers.CrawlPhase, {"value": "rest"}),
         "QPCCStatus": (controllers.QPCCStatus, {"value": "x"}),
     }
-    for name in ("Balance", "Cartwheel", "Crawl", "Exercise", "Jump", "Slide"):
+    for name in ("Balance", "Crawl", "Exercise", "Flip", "Jump", "Slide"):
         found[name] = (getattr(controllers, name), {})
         found[f"{name}.goals"] = (getattr(controllers, name)().goals, {"view": view()})
-    kinds = (
-        "Balance",
-        "Cartwheel",
-        "Crawl",
-        "Exercise",
-        "Gesture",
-        "Jump",
-        "Roll",
-        "Slide",
-        "Walk",
-    )
-    for name in kinds:
+    standing = ("Balance", "Cartwheel", "Crawl", "Exercise", "Flip", "Gesture")
+    for name in (*standing, "Jump", "Roll", "Slide", "Walk"):
         found[f"{name}Gains"] = (getattr(controllers, f"{name}Gains"), {})
     return found
 

@@ -16,7 +16,18 @@ from warp_softbody.inputs.records import same
 from warp_softbody.scene_files.records import record_of, table_of
 from warp_softbody.scene_files.tables import Table
 
-KINDS = ("balance", "cartwheel", "crawl", "exercise", "gesture", "jump", "roll", "slide", "walk")
+KINDS = (
+    "balance",
+    "cartwheel",
+    "crawl",
+    "exercise",
+    "flip",
+    "gesture",
+    "jump",
+    "roll",
+    "slide",
+    "walk",
+)
 """Of each there is a class of that name in `controllers`, and one of its gains."""
 
 COMPOSED = ("combined", "sequence")
@@ -25,7 +36,7 @@ COMPOSED = ("combined", "sequence")
 ENDS = ("seconds", "distance")
 """Keys of a motion in a sequence, by which it is over."""
 
-PARTS = {"legs": "Leg", "path": "Sway", "steering": "Steering"}
+PARTS = {"legs": "Leg", "path": "Sway", "steering": "Steering", "take_off": "TakeOff"}
 """Arguments that are records of their own, or several of these."""
 
 

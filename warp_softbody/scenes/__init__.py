@@ -24,6 +24,7 @@ _HOMES = {
     "walk-x": ("walk_x", "WALK_X"),
     "walk-x-fast": ("walk_x", "WALK_X_FAST"),
     "walk-x-eight": ("walk_x", "WALK_X_EIGHT"),
+    "flip-i": ("flip_i", "RECIPE"),
     "cartwheel-x": ("cartwheel_x", "RECIPE"),
     "exercise-h": ("exercise_h", "RECIPE"),
     "slide-f": ("slide_f", "SLIDE_F"),
