@@ -17,6 +17,8 @@ from warp_softbody.controllers.motions.body_measures import mean_weights, region
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
 from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_crawl
+from warp_softbody.controllers.motions.lying_on_terrain import LyingOnTerrain
+from warp_softbody.controllers.motions.over_edges import over_edges
 from warp_softbody.controllers.motions.steering import Guide
 from warp_softbody.controllers.motions.trajectories import way_on
 from warp_softbody.controllers.objectives import Objective
@@ -135,6 +137,7 @@ class Crawl:
         self._rises = (0.0, 0.0, 0.0)
         self._length = 0.0
         self._due = 0.0
+        self._terrain: LyingOnTerrain | None = None
 
     @classmethod
     def for_(
@@ -176,16 +179,24 @@ class Crawl:
             self._stop(view, (*TAIL, *HEAD))
             self._length = self._end(HEAD) - self._end(TAIL)
             self._due = self._end(TAIL)
+            self._lie(view)
         if view.time - self._since >= self._lasts - 1e-9:
             self._advance(view)
         share = (view.time - self._since) / self._lasts
         corners = self._corners(view, share)
         return Goals(
-            objectives=(*corners, self._middle(view, share)),
+            objectives=(*corners, *self._over_edges(view), self._middle(view, share)),
             patches=self._patches(view),
             activation=self._gains.activation,
             resting=self._resting,
         )
+
+    def _lie(self, view: BodyView) -> None:
+        """Remember by how much corners are over the ground that is not level."""
+        self._terrain = LyingOnTerrain.of(view, self._units.length if self._units else 1.0)
+        if self._terrain is not None:
+            for place in self._home.values():
+                place[2] -= self._terrain.over(place).height
 
     def _advance(self, view: BodyView) -> None:
         """Go on to the next phase."""
@@ -194,12 +205,12 @@ class Crawl:
         if self.phase is CrawlPhase.PULL:
             self.phase, self._lasts = CrawlPhase.PUSH, g.push_time
             self._stop(view, TAIL)
-            self._place = self._end(TAIL) + self._length
+            self._place = self._end(TAIL) + self._length * self._foreshortening(view)
             self._go(view, HEAD, 0.0)
         else:
             self.phase, self._lasts = CrawlPhase.PULL, g.pull_time
             self._stop(view, HEAD)
-            begin = self._end(HEAD) - self._length
+            begin = self._end(HEAD) - self._length * self._foreshortening(view)
             self._due += g.stride
             gather = float(np.clip(self._due - begin, g.stride / CATCH_UP, g.stride * CATCH_UP))
             self._place = begin + gather
@@ -213,11 +224,20 @@ class Crawl:
             )
             self._begin[name] = (place, speed)
         weights = mean_weights(view, MIDDLE)
-        self._rises = (
-            float(weights @ view.positions[:, 2]),
-            float(weights @ view.velocities[:, 2]),
-            height,
-        )
+        middle = float(weights @ view.positions[:, 2])
+        climb = float(weights @ view.velocities[:, 2])
+        if self._terrain is not None:
+            under = self._terrain.along(weights @ view.positions)
+            middle -= under.height
+            climb -= under.slope * float(weights @ view.velocities[:, 0])
+        self._rises = (middle, climb, height)
+
+    def _foreshortening(self, view: BodyView) -> float:
+        """How long along x a body of length 1 is on the slope under it."""
+        if self._terrain is None:
+            return 1.0
+        slope = self._terrain.along(view.center_of_mass).slope
+        return float(1.0 / np.hypot(1.0, slope))
 
     def _stop(self, view: BodyView, names: tuple[str, ...]) -> None:
         """Hold corners where they come to rest if their speed decays from now on."""
@@ -253,18 +273,34 @@ class Crawl:
     def _corner(self, view: BodyView, name: str, speed: float, follow: float) -> Objective:
         g = self._gains
         weights = mean_weights(view, (name,))
+        place = weights @ view.positions
         goal = np.array([self._goals[name], *self._home[name][1:]])
         rates = np.array([follow, g.follow, g.follow])
-        way = np.array([speed, 0.0, 0.0]) + rates * (goal - weights @ view.positions)
+        climb = 0.0
+        if self._terrain is not None:
+            rise = self._terrain.over(place)
+            goal[2] += rise.height
+            climb = rise.slope * speed
+        way = np.array([speed, 0.0, climb]) + rates * (goal - place)
         cost = np.array([g.corner_weight, g.side_weight, g.ground_weight])
         stays = ("corner", name)
         return objectives.velocity(view, weights, way, cost / view.time_step, stays=stays)
+
+    def _over_edges(self, view: BodyView) -> tuple[Objective, ...]:
+        if self._terrain is None:
+            return ()
+        weight = self._gains.middle_weight / view.time_step
+        return over_edges(view, self._terrain, BELLY_PATCHES, self._gains.follow, weight)
 
     def _middle(self, view: BodyView, share: float) -> Objective:
         """Up while the ends come together, down while they part."""
         g = self._gains
         weights = mean_weights(view, MIDDLE)
         height, climb = way_on(*self._rises, self._lasts, share)
+        if self._terrain is not None:
+            under = self._terrain.along(weights @ view.positions)
+            height += under.height
+            climb += under.slope * float(weights @ view.velocities[:, 0])
         miss = height - weights @ view.positions[:, 2]
         unit = 1.0 / BodyUnits.of(view).speed
         rows = view.kept("rows of the middle", lambda: objectives.mean_rows(view, unit * weights))

@@ -19,9 +19,10 @@ from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
 from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_walk
 from warp_softbody.controllers.motions.guidance import Feet
-from warp_softbody.controllers.motions.moving_frame import MovingFrame
+from warp_softbody.controllers.motions.moving_frame import MovingFrame, turned
 from warp_softbody.controllers.motions.steerable import Steerable
 from warp_softbody.controllers.motions.steering import Guide, checked_guide
+from warp_softbody.controllers.motions.stepping_over import stepping_over
 from warp_softbody.controllers.motions.tracking import MissingRate, following
 from warp_softbody.controllers.motions.trajectories import eased_change, smooth_step
 from warp_softbody.controllers.motions.walk_course import Course
@@ -46,6 +47,10 @@ DIAGONAL_PAIRS: Gait = ((0, 3), (1, 2))
 
 MOST_STRIDE = 0.6
 """L, as far as a foot of letter X is swung; with longer strides the middle comes to the ground."""
+
+
+EDGE = 0.5
+"""Lifts, by which ground that stands above the straight way is an edge to be stepped over."""
 
 
 @remembered
@@ -90,6 +95,7 @@ class Walk(Steerable):
         self._course: Course | None = None
         self._home = self._left = np.zeros((len(feet), 3))
         self._sways: dict[tuple[int, ...], FloatArray] = {}
+        self._beside: dict[int, FloatArray] = {}
         self._height = 0.0
         self._terrain: FootingOnTerrain | None = None
         self._yaw = 0.0
@@ -145,6 +151,7 @@ class Walk(Steerable):
         self._course.go_on(view, phase)
         if phase != self._phase:
             self._phase, self._left = phase, feet.lowest
+            self._leave_edges(self._course)
         swung = self._course.swung
         wanted = [*self._body(view, self._course)]
         for foot in range(len(self._feet)):
@@ -169,7 +176,7 @@ class Walk(Steerable):
         self._missing = MissingRate(g.learning)
         self._home, self._sways = feet.lowest - view.center_of_mass, {}
         self._height = float(view.center_of_mass[2])
-        self._terrain = FootingOnTerrain.of(view, feet.lowest)
+        self._terrain = FootingOnTerrain.of(view, feet.lowest, self._feet)
         self._yaw = angle_turned(view, 0, 1)
         own = Feet(
             length=units.length,
@@ -233,6 +240,23 @@ class Walk(Steerable):
         home[:, :2] = [frame.at(place) - middle for place in self._home[:, :2]]
         return self._terrain.stance(middle, home, ahead - middle)
 
+    def _foothold(self, frame: MovingFrame, foot: int) -> FloatArray:
+        """Where a foot (2,) m belongs on ground that is not level, in a frame."""
+        return np.asarray(frame.at(np.zeros(2)) + self._stance(frame).home[foot, :2])
+
+    def _leave_edges(self, course: Course) -> None:
+        """Choose where feet that swing now are to land beside an edge that is at their place."""
+        self._beside = {}
+        if self._terrain is None:
+            return
+        frame = course.when_down(self._gains.swing)
+        forward = turned(np.array([math.cos(self._heading), math.sin(self._heading)]), frame.yaw)
+        for foot in course.swung:
+            place = np.array([*self._foothold(frame, foot), self._left[foot, 2]])
+            shift = self._terrain.beside_edge(place, forward)
+            if shift.any():
+                self._beside[foot] = place[:2] + shift
+
     def _away(self, swung: tuple[int, ...]) -> FloatArray:
         """Where in the frame (2,) m the centre of mass is wanted when some feet begin to swing."""
         known = self._sways.get(swung)
@@ -258,9 +282,14 @@ class Walk(Steerable):
         frame, lift = course.when_down((1.0 - share) * g.swing), g.lift
         end[:2] = frame.at(self._home[foot, :2])
         if self._terrain is not None:
-            end[:2] = frame.at(np.zeros(2)) + self._stance(frame).home[foot, :2]
+            end[:2] = self._beside.get(foot, self._foothold(frame, foot))
             end[2] = self._terrain.foothold(foot, end)
-            lift += self._terrain.hump(begin, end)
+            hump = self._terrain.hump(begin, end)
+            if hump > EDGE * lift:
+                peak = self._terrain.highest(foot, begin, end) + lift
+                place, speed = stepping_over(begin, end, peak, share)
+                return place, speed / g.swing
+            lift += hump
         step, rate, _ = smooth_step(share)
         place, speed = begin + step * (end - begin), rate * (end - begin)
         up, climb, _ = smooth_step(min(2.0 * share, 2.0 - 2.0 * share))

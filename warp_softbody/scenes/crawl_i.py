@@ -15,7 +15,7 @@ from warp_softbody.controllers.motions.crawl import Crawl, CrawlGains
 from warp_softbody.scenes.coarse_meshes import coarse_setting
 from warp_softbody.scenes.plan import SceneRecipe, Values
 from warp_softbody.scenes.pushes import PUSH_SETTINGS, head_push
-from warp_softbody.world.ground import Plane
+from warp_softbody.scenes.uneven_ground import GROUND_SETTINGS, ground_ahead
 from warp_softbody.world.scene import Scene
 
 EARTHWORM = CrawlGains(
@@ -51,7 +51,7 @@ FORWARD = DirectionalFriction(region="belly", factors=(1.0, 1.0, 10.0, 1.0))
 
 FRICTION = replace(PUSH_SETTINGS[-1], default=0.2)
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
-SETTINGS = (PUSH, PUSH_SETTINGS[1], FRICTION, coarse_setting("letter_i_flat"))
+SETTINGS = (PUSH, PUSH_SETTINGS[1], FRICTION, coarse_setting("letter_i_flat"), *GROUND_SETTINGS)
 START = 1.566  # sqrt(L/g)
 
 
@@ -89,7 +89,7 @@ def _build(
 ) -> tuple[Scene, Crawl]:
     scene = Scene(
         character=character,
-        ground=Plane(friction=values["friction"]),
+        ground=ground_ahead(values),
         pushes=head_push(character, values),
     )
     return scene, Crawl(gains, start=START, resting=resting)

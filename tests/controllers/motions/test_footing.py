@@ -82,3 +82,40 @@ def test_a_hump_between_two_footholds_is_seen() -> None:
     way = np.array([[-0.8, 0.0, 0.0], [0.8, 0.0, 0.0]])
     assert footing.hump(*way) == pytest.approx(0.08)
     assert footing.hump(way[0], np.array([-0.4, 0.0, 0.0])) == 0.0
+
+
+HALF = 0.1
+SIDE = np.array([1.0, 0.0])
+
+
+def footing_at_a_step(at: float) -> FootingOnTerrain:
+    """A step of 5 cm behind a place x, m, and a foot of half length 0.1 m."""
+    x = np.arange(-2.0, 2.0, 0.0125)
+    heights = np.repeat(0.05 * (x > at)[:, None], 2, axis=1)
+    field = HeightField(heights=heights, spacing=(0.0125, 4.0), origin=(-2.0, -2.0))
+    return FootingOnTerrain(GroundBelow(field), np.array([[-1.0, 0.0, 0.0]]), HALF)
+
+
+@pytest.mark.parametrize("off", [-0.09, -0.02, 0.03, 0.1])
+def test_a_foot_is_set_down_beside_an_edge(off: float) -> None:
+    """The whole sole on one side of it, and no further away than it takes."""
+    footing = footing_at_a_step(0.5 + off)
+    place = np.array([0.5, 0.0, 0.0])
+    shift = footing.beside_edge(place, SIDE)
+    room = abs(0.5 + shift[0] - 0.5 - off)
+    assert shift[1] == 0.0
+    assert HALF < room < 1.3 * HALF + 0.25 * HALF + 0.0125
+
+
+def test_a_foot_stays_where_it_belongs_on_slopes_and_far_from_edges() -> None:
+    place = np.array([0.3, 0.1, 0.1])
+    for ground in tilted(SLOPES):
+        footing = FootingOnTerrain(GroundBelow(ground), HOME, HALF)
+        np.testing.assert_array_equal(footing.beside_edge(place, SIDE), 0.0)
+    np.testing.assert_array_equal(footing_at_a_step(0.9).beside_edge(place, SIDE), 0.0)
+
+
+def test_the_end_of_a_sole_sees_a_step_before_its_middle() -> None:
+    begin, end = np.array([0.0, 0.0, 0.0]), np.array([0.3, 0.0, 0.0])
+    assert footing_at_a_step(0.33).hump(begin, end) == pytest.approx(0.05)
+    assert footing_at_a_step(0.45).hump(begin, end) == 0.0
