@@ -143,7 +143,7 @@ def miss(decision: Decision, velocities: FloatArray, pushes: FloatArray, phase: 
 def planned_values(decision: Decision) -> FloatArray:
     """(q + 3K,) what a plan expects of the rows of all goals, and of its patches' velocities."""
     maps, impulses = decision.maps, np.asarray(decision.result.forces).ravel()
-    chosen = decision.rest_lengths - maps.lengths
+    chosen = decision.lengths_ahead - maps.lengths
     values = maps.free_velocity + maps.muscle_map @ chosen
     if len(impulses):
         values = values + maps.compliance[:, len(values) - len(impulses) :] @ impulses

@@ -14,6 +14,9 @@ PlannedCone = Literal[4, 8]
 METHODS: tuple[Method, ...] = get_args(Method)
 PLANNED_CONES: tuple[PlannedCone, ...] = get_args(PlannedCone)
 
+HORIZON = 0.0522
+"""sqrt(L/g), of plans: 1/60 s of a body of 1 m on Earth."""
+
 
 @described
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +35,7 @@ class ControlOptions:
         ),
     )
     max_qps: int = field(
-        default=16,
+        default=40,
         metadata=option(
             WholeKind(low=1),
             "QPs of one step",
@@ -41,22 +44,22 @@ class ControlOptions:
         ),
     )
     kicks: int = field(
-        default=2,
+        default=20,
         metadata=option(
             WholeKind(low=0),
             "how often a step leaves a local minimum by forcing one contact into another mode, or "
-            "all to slide the same way; each kick costs one to three QPs",
+            "all to slide the same way; each kick costs up to three QPs",
         ),
     )
     kick_patience: int = field(
-        default=1,
+        default=3,
         metadata=option(
             WholeKind(low=0),
             "kicks in a row without a better minimum after which a step tries no more",
         ),
     )
     kick_reach: float = field(
-        default=1.0,
+        default=3.0,
         metadata=option(
             NumberKind(above=0.0),
             "how far above the best objective, as a share of its size, a kick's first QP may end; "
@@ -64,7 +67,7 @@ class ControlOptions:
         ),
     )
     carried: int = field(
-        default=0,
+        default=3,
         metadata=option(
             WholeKind(low=0, high=OTHERS),
             "how many of a step's next best minima the step after it begins from too",
@@ -74,17 +77,25 @@ class ControlOptions:
         default=8,
         metadata=option(
             WholeKind(low=0),
-            "steps of unchanged contact modes that go without kicks after one whose kicks found "
-            "nothing",
+            "steps of unchanged contact modes after which only one step in so many tries kicks; "
+            "with 0 every step does",
         ),
     )
     calm_objective: float = field(
-        default=0.01,
+        default=0.0,
         metadata=option(
             NumberKind(low=0.0),
             "objective below which the next step goes without kicks; in the units of the shipped "
             "controllers, momentum rows over m g dt, 0.01 is a missing force of a tenth of the "
-            "weight",
+            "weight; with 0 no step is too calm for kicks",
+        ),
+    )
+    horizon: float = field(
+        default=HORIZON,
+        metadata=option(
+            NumberKind(low=0.0),
+            "sqrt(L/g) of the body, time at whose end a plan asks for velocities, to the nearest "
+            "whole number of time steps; with 0 it is one step",
         ),
     )
     planned_cone: PlannedCone = field(

@@ -36,7 +36,8 @@ class Decision:
     """What the control solver chose for a step.
 
     Attributes:
-        rest_lengths: l_d, (s,) m.
+        rest_lengths: l_d, (s,) m: as much of the way to those of the plan as the step is of the
+            time that the plan looks ahead.
         maps: the step's linear maps that it was chosen by.
         cone: directions of the friction cones.
         result: of the QPCC.
@@ -65,10 +66,17 @@ class Decision:
             self.goals,
             self.maps,
             present_activations(self.view, self.maps),
-            self.view.time_step,
+            self.view.horizon,
             time_unit=self.time_unit,
             cone=self.cone,
         )
+
+    @property
+    def lengths_ahead(self) -> FloatArray:
+        """Rest lengths (s,) m at the end of the plan's horizon; of one step the chosen ones."""
+        if not self.result.status.usable:
+            return self.rest_lengths
+        return np.asarray(self.result.controls * self.maps.rest_lengths)
 
     @property
     def patches(self) -> tuple[Patch, ...]:
@@ -164,7 +172,7 @@ class ControlSolver:
         time_unit = BodyUnits.of(view).time
         starts = self._starts(goals.patches)
         start = starts[0] if starts else None
-        asked = (goals, maps, activations, view.time_step, time_unit, starts)
+        asked = (goals, maps, activations, view.horizon, time_unit, starts)
         result = self._solve(*asked, self._rule.options())
         with_kicks = self._rule.retry(result) if self._method == "qpcc" else None
         if with_kicks is not None:
@@ -176,6 +184,9 @@ class ControlSolver:
         self._minima = (result.modes, *result.others[: self._carried]) if usable else ()
         self._parts = tuple(patch.part for patch in goals.patches)
         chosen = result.controls if usable else activations
+        if view.steps_ahead > 1:
+            # the plan's activations are those at the end of its horizon
+            chosen = activations + (chosen - activations) / view.steps_ahead
         return Decision(
             rest_lengths=chosen * maps.rest_lengths,
             maps=maps,
@@ -263,7 +274,7 @@ def _planned(view: BodyView, patches: tuple[Patch, ...], result: QPCCResult) -> 
         return ContactSample()
     weights = np.array([patch.weights for patch in patches])
     frames = np.array([patch.frame for patch in patches])
-    forces = np.einsum("kij,ki->kj", frames, result.forces) / view.time_step
+    forces = np.einsum("kij,ki->kj", frames, result.forces) / view.horizon
     return ContactSample(
         nodes=np.arange(len(patches), dtype=np.int32),
         points=weights @ view.positions,

@@ -150,8 +150,8 @@ def weight_of(view: BodyView) -> float:
 
 def linear_momentum(view: BodyView, rate: FloatArray, weight: npt.ArrayLike = 1.0) -> Objective:
     """``|dL - dL*|^2`` (eq. 12-13) for a wanted rate dL* (3,) N, in units of m g dt."""
-    unit = 1.0 / (weight_of(view) * view.time_step)
-    target = (view.linear_momentum + view.time_step * rate) * unit
+    unit = 1.0 / (weight_of(view) * view.horizon)
+    target = (view.linear_momentum + view.horizon * rate) * unit
     rows = view.kept("rows of the momentum", lambda: momentum_rows(view) * unit)
     return Objective(name="linear momentum", rows=rows, target=target, weight=_each(weight, rows))
 
@@ -168,8 +168,8 @@ def angular_momentum(
     In units of m g dt times an arm, m; default the body's length L.
     """
     arm = BodyUnits.of(view).length if arm is None else arm
-    unit = 1.0 / (weight_of(view) * view.time_step * arm)
-    target = (view.angular_momentum + view.time_step * rate) * unit
+    unit = 1.0 / (weight_of(view) * view.horizon * arm)
+    target = (view.angular_momentum + view.horizon * rate) * unit
     rows = angular_momentum_rows(view) * unit
     return Objective(name="angular momentum", rows=rows, target=target, weight=_each(weight, rows))
 
@@ -227,7 +227,7 @@ def position(
     In units of a length, m; default the body's length L.
     """
     share = 1.0 / (BodyUnits.of(view).length if unit is None else unit)
-    rows = mean_rows(view, (view.time_step * share) * weights)
+    rows = mean_rows(view, (view.horizon * share) * weights)
     target = share * (goal - weights @ view.positions)
     return Objective(name="position", rows=rows, target=target, weight=_each(weight, rows))
 

@@ -204,7 +204,7 @@ class Balance:
         return objectives.Objective(
             name="upright",
             rows=self._upright_rows(lever, ahead, offset),
-            target=way / (view.gravity * view.time_step),
+            target=way / (view.gravity * view.horizon),
             weight=g.upright_weight * np.array([1.0, 1.0, height]),
         )
 
@@ -229,7 +229,7 @@ class Balance:
             slopes = self._gains.follow * rest[2] * self._slopes(view)
             rows = objectives.mean_rows(view, weights).reshape(3, -1, 3)
             rows[:2, :, 2] += slopes
-            unit = view.gravity * view.time_step
+            unit = view.gravity * view.horizon
             rows /= unit
             sole = points[character.region(self._base), :2]
             self._head_over_base = _Lever(
@@ -257,7 +257,7 @@ class Balance:
         squat = rest - min(g.squat * offset, (1.0 - g.least_height) * rest)
         goal = (1.0 - SKIP_DEPTH) * rest if skips else squat
         share = SKIP_ACCELERATION if skips else g.height_acceleration
-        change = share * view.gravity * view.time_step
+        change = share * view.gravity * view.horizon
         if offset < g.height_within and not skips:
             goal = min(goal, height + offset / g.height_within * (goal - height))
         return min(max(g.height_rate * (goal - height), speed - change), speed + change)

@@ -75,7 +75,9 @@ class Cartwheel:
         self._units: BodyUnits | None = None
         self._arms = self._first = np.zeros((0, 3))
         self._rolls = 0.0
-        self._phases = (0.0, 0.0, 0.0)
+        # of the plan one horizon before, now and one horizon ahead; at the end of the step
+        self._phases, self._soon = (0.0, 0.0, 0.0), 0.0
+        self._past: tuple[float, ...] = ()
         self._speed = 0.0
         self._angle = self._begun = 0.0
         self._arrived: float | None = None
@@ -108,7 +110,7 @@ class Cartwheel:
     @property
     def phase(self) -> float:
         """By how much the plan has turned, rad, whatever its direction."""
-        return self._phases[2]
+        return self._soon
 
     @property
     def interruptible(self) -> bool:
@@ -150,7 +152,8 @@ class Cartwheel:
 
     def _go_on(self, view: BodyView) -> None:
         """Turn the plan by a step, at a speed from which it still can stop at the end."""
-        g, dt, now = self._gains, view.time_step, self._phases[2]
+        g, dt, now = self._gains, view.time_step, self._soon
+        soon = ahead = now
         if view.time >= self._start:
             left = self._turn - now
             wanted = min(g.cruise, math.sqrt(2.0 * g.speedup * max(left, 0.0)))
@@ -158,9 +161,12 @@ class Cartwheel:
                 wanted = 0.0
             change = g.speedup * dt
             self._speed = min(max(wanted, self._speed - WAITING * change), self._speed + change)
-            now = min(self._turn, now + dt * self._speed)
-        self._phases = (*self._phases[1:], now)
-        if now == self._turn and abs(now - self._direction * self._angle) < THERE:
+            soon = min(self._turn, now + dt * self._speed)
+            ahead = min(self._turn, now + view.horizon * self._speed)
+        count = view.steps_ahead
+        self._past = (*(self._past or (now,) * count), now)[-count - 1 :]
+        self._phases, self._soon = (self._past[0], now, ahead), soon
+        if soon == self._turn and abs(soon - self._direction * self._angle) < THERE:
             self._arrived = view.time if self._arrived is None else self._arrived
             self._rested = view.time - self._arrived >= g.rest_time
 
@@ -180,7 +186,7 @@ class Cartwheel:
 
     def _rate(self, view: BodyView) -> float:
         """At which the plan turns, rad/s."""
-        return self._direction * (self._phases[2] - self._phases[1]) / view.time_step
+        return self._direction * (self._phases[2] - self._phases[1]) / view.horizon
 
     def _middle(self, phase: float) -> FloatArray:
         """Where (3,) m the centre of mass is wanted when the plan has turned by a phase."""
@@ -198,7 +204,7 @@ class Cartwheel:
 
     def _limbs(self, view: BodyView) -> tuple[Objective, ...]:
         """The feet come to where the plan has them, seen from the centre of mass, in its plane."""
-        g, unit = self._gains, view.gravity * view.time_step
+        g, unit = self._gains, view.gravity * view.horizon
         turn = _turn_about_y(self._begun + self._direction * self._phases[2])
         spin, middle = np.array([0.0, self._rate(view), 0.0]), view.masses / view.mass
         target = []

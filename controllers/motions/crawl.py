@@ -284,7 +284,7 @@ class Crawl:
         way = np.array([speed, 0.0, climb]) + rates * (goal - place)
         cost = np.array([g.corner_weight, g.side_weight, g.ground_weight])
         stays = ("corner", name)
-        return objectives.velocity(view, weights, way, cost / view.time_step, stays=stays)
+        return objectives.velocity(view, weights, way, cost / view.horizon, stays=stays)
 
     def _over_edges(self, view: BodyView) -> tuple[Objective, ...]:
         if self._terrain is None:
@@ -308,5 +308,5 @@ class Crawl:
             name="middle",
             rows=rows[2:],
             target=np.array([unit * (climb + g.follow * miss)]),
-            weight=np.array([g.middle_weight / view.time_step]),
+            weight=np.array([g.middle_weight / view.horizon]),
         )

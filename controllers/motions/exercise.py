@@ -141,7 +141,7 @@ class Exercise:
 
     def _along(self, view: BodyView) -> FloatArray:
         """Rate of momentum (3,) N that keeps to the path."""
-        times = view.time + view.time_step * np.array([-1.0, 0.0, 1.0]) - self._start
+        times = view.time + view.horizon * np.array([-1.0, 0.0, 1.0]) - self._start
         path = np.tile(self._origin, (3, 1))
         path[:, 0] += [self._path.at(time)[0] for time in times]
         return following(view, path, self._gains.position, self._gains.velocity)

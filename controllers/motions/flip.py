@@ -51,6 +51,9 @@ class Flip:
     the body is as long as lets it turn to where it is to land.
     """
 
+    plans_single_steps = True
+    """Its gains were found with plans of one step of 1/240 s, and its take-off is a course."""
+
     keeps_upright = True
     """A run in which the body falls is said to be doubtful."""
 

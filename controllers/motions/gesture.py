@@ -83,8 +83,8 @@ class Gesture:
         now = float(self._weights @ view.positions @ self._along) - self._rest
         moves = float(self._weights @ view.velocities @ self._along)
         way = speed + g.position * (place - now)
-        soon = moves + view.time_step * g.velocity * (way - moves)
-        unit = objectives.weight_of(view) / view.mass * view.time_step
+        soon = moves + view.horizon * g.velocity * (way - moves)
+        unit = objectives.weight_of(view) / view.mass * view.horizon
         rows = self._along @ objectives.mean_rows(view, self._weights / unit)
         swings = objectives.Objective(
             name=f"gesture of {self._region}",

@@ -38,7 +38,7 @@ class HeldSole:
             return ()
         if self._rows is None:
             self._rows = self._made(view)
-        slower = 1.0 / (1.0 + rate * view.time_step)
+        slower = 1.0 / (1.0 + rate * view.horizon)
         sole = Objective(
             name="sole",
             rows=self._rows,
@@ -63,5 +63,5 @@ class HeldSole:
                 beside = float((own - middle)[: len(rest)] @ rest[:, axis])
                 side = np.sign(beside) if abs(beside) > least else 0.0
                 rows[2 + axis, :, axis] += side * own / len(parts)
-        unit = objectives.weight_of(view) / view.mass * view.time_step
+        unit = objectives.weight_of(view) / view.mass * view.horizon
         return np.asarray(rows.reshape(4, -1) * len(parts) ** 0.5 / unit)

@@ -197,8 +197,10 @@ class Jump:
 
     def _launched(self, view: BodyView) -> bool:
         """Whether the body rises about as fast as it is to take off, or was to by now."""
-        g, due = self._gains, view.time + 0.5 * view.time_step - self._since
-        speed = float(view.linear_momentum[2] / view.mass)
+        g, due = self._gains, view.time + 0.5 * view.horizon - self._since
+        # what is planned for longer than the step comes about that much later, on the mean
+        later = 0.5 * (view.horizon - view.time_step)
+        speed = float(view.linear_momentum[2] / view.mass) + later * g.launch[2] / g.rise
         return due >= g.rise or speed >= NEARLY * g.launch[2]
 
     def _wanted(self, view: BodyView, wanted: tuple[Objective, ...], *, grounded: bool) -> Goals:
@@ -230,7 +232,7 @@ class Jump:
         """Both momenta rise evenly to those wanted at take-off."""
         g, elapsed = self._gains, view.time - self._since
         share = min(1.0, elapsed / g.rise)
-        hastening = (min(1.0, (elapsed + view.time_step) / g.rise) - share) / view.time_step
+        hastening = (min(1.0, (elapsed + view.horizon) / g.rise) - share) / view.horizon
         linear = view.mass * np.array(g.launch)
         rate = g.turn / self._airtime(view, g.launch[2])
         angular = np.array([0.0, 0.0, moments_of_inertia(view)[2] * rate])

@@ -162,7 +162,7 @@ class Recovery:
         head, base = (region_mean(view, view.positions, one) for one in (self._head, self._base))
         way = -g.lean * fall.side - (head - base)[:2]
         weights = mean_weights(view, (self._head,)) - mean_weights(view, (self._base,))
-        unit = view.gravity * view.time_step
+        unit = view.gravity * view.horizon
         return Objective(
             name="lean",
             rows=objectives.mean_rows(view, weights)[:2] / unit,

@@ -191,10 +191,10 @@ class Roll:
         Gravity changes it, by the weight's lever arm, and no muscle does: leaning is all there is.
         Of both momenta apart a plan pays for the one with the other, and so shakes.
         """
-        unit = BodyUnits.of(view).length * objectives.weight_of(view) * view.time_step
+        unit = BodyUnits.of(view).length * objectives.weight_of(view) * view.horizon
         rows = objectives.angular_momentum_rows(view)[1:2]
         rows = rows + wheel.height * objectives.momentum_rows(view)[:1]
-        target = wheel.inertia * (wheel.speed + view.time_step * rate)
+        target = wheel.inertia * (wheel.speed + view.horizon * rate)
         return Objective(
             name="rolling",
             rows=rows / unit,
@@ -222,7 +222,7 @@ class Roll:
         """
         g = self._gains
         rates = g.shape_follow * np.array([0.5 * g.tilt_gain * ahead - shape.tilt, -shape.squash])
-        weight = np.array([g.tilt_weight, g.squash_weight]) / view.time_step
+        weight = np.array([g.tilt_weight, g.squash_weight]) / view.horizon
         return shape.objective(view, rates, weight)
 
     def _let_go(self, view: BodyView, units: BodyUnits, since: float) -> Goals | None:

@@ -29,7 +29,7 @@ def following(view: BodyView, path: FloatArray, position: float, velocity: float
         position: Kp, 1/s^2.
         velocity: Kd, 1/s.
     """
-    dt = view.time_step
+    dt = view.horizon
     before, soon = (path[1:] - path[:-1]) / dt
     speed = view.linear_momentum / view.mass
     behind = path[2] - view.center_of_mass - dt * speed

@@ -199,8 +199,8 @@ class Walk(Steerable):
 
     def _body(self, view: BodyView, course: Course) -> tuple[Objective, Objective]:
         """The centre of mass goes on and sways away from the feet that lift off."""
-        g, dt = self._gains, view.time_step
-        frames = zip((-dt, 0.0, dt), (course.before, course.now, course.soon), strict=True)
+        g, dt = self._gains, view.horizon
+        frames = zip((-dt, 0.0, dt), (course.before, course.now, course.ahead), strict=True)
         path = np.array([self._middle(course, frame, view.time + ahead) for ahead, frame in frames])
         slack = self._slack(view, path[1])
         course.shift(slack[:2])
@@ -303,8 +303,8 @@ class Walk(Steerable):
         """A foot keeps to its path."""
         g, weights, now = self._gains, feet.weights[foot], feet.speeds[foot]
         way = speed + g.foot_position * (place - feet.lowest[foot])
-        soon = now + view.time_step * g.foot_velocity * (way - now)
-        unit = objectives.weight_of(view) / view.mass * view.time_step
+        soon = now + view.horizon * g.foot_velocity * (way - now)
+        unit = objectives.weight_of(view) / view.mass * view.horizon
         stays = ("foot", self._feet[foot])
         return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit, stays=stays)
 

@@ -29,9 +29,9 @@ class Course:
     """Where the frame is, how it goes on, and which feet are swung; for one run.
 
     Attributes:
-        before: the frame one step before.
+        before: the frame one horizon before (`BodyView.horizon`).
         now: at the step's start.
-        soon: at its end.
+        ahead: one horizon after it.
         swung: feet of the present swing.
         next: feet of the swing after it.
     """
@@ -52,7 +52,9 @@ class Course:
         self._taking = TurnTaking(turns)
         self._wanted = Rates()
         self._phase = -1
-        self.before = self.now = self.soon = MovingFrame(place)
+        self.before = self.now = self.ahead = self._soon = MovingFrame(place)
+        # the frames since one horizon before
+        self._past: tuple[MovingFrame, ...] = ()
         self.swung: tuple[int, ...] = ()
         self.next = turns[0]
 
@@ -67,7 +69,9 @@ class Course:
 
     def go_on(self, view: BodyView, phase: int) -> None:
         """Take the frame to the step from ``view`` on, in a swing, which is -1 before the first."""
-        self.before, self.now = self.now, self.soon
+        count = view.steps_ahead
+        self._past = (*(self._past or (self.now,) * count), self.now)[-count:]
+        self.before, self.now = self._past[0], self._soon
         if phase < 0:
             return
         self._wanted = self._guidance.rates(view, self.now)
@@ -75,13 +79,18 @@ class Course:
             standing = not any(self._wanted) and not any(self.now.rates)
             self.swung, self._phase = self.next, phase
             self.next = self._taking.turn(phase + 1, standing=standing)
-        self.soon = self._later(self.now, view.time_step)
+        self.ahead = self._soon = self._later(self.now, view.time_step)
+        if count > 1:
+            self.ahead = self._later(self.now, view.horizon)
 
     def shift(self, way: FloatArray) -> None:
         """Move the frame by a way (2,) m, where the body has slipped or was pushed."""
-        frames = (self.before, self.now, self.soon)
-        moved = [frame._replace(place=frame.place + way) for frame in frames]
-        self.before, self.now, self.soon = moved
+
+        def moved(frame: MovingFrame) -> MovingFrame:
+            return frame._replace(place=frame.place + way)
+
+        self.before, self.now, self.ahead = map(moved, (self.before, self.now, self.ahead))
+        self._past, self._soon = tuple(map(moved, self._past)), moved(self._soon)
 
     def when_down(self, swings: float) -> MovingFrame:
         """The frame for which a foot is set down that is in the air for some seconds yet.

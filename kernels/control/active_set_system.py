@@ -32,52 +32,77 @@ KKT = """
         if (j < q) normal[j * wide + j] += 1.0;
     }
 
-    // A control leaves the free ones (sign -1) or joins them (1).
-    APART void shift_normal(int i, double sign) {
-        for (int j = 0; j < size; ++j) line[j] = j < q ? row_of(j)[i] : -row_of(j)[i];
+    // U with U'U = S, by rows, whose diagonal holds inverses; false where a row depends on others.
+    APART bool factorise_set() {
         for (int j = 0; j < size; ++j)
-            add(j + 1, sign * inverse[i] * line[j], line, normal + j * wide);
+            if (!append_column(j, normal + j * wide)) return false;
+        return true;
     }
 
-    // L with L L' = S; false where a row depends on others.
-    APART bool cholesky() {
-        for (int j = 0; j < size; ++j) {
-            double* own = lower_factor + j * wide;
-            for (int k = 0; k < j; ++k) {
-                const double* other = lower_factor + k * wide;
-                own[k] = (normal[j * wide + k] - dot(k, own, other)) * other[k];
+    // The column of U that a further row of S makes, which is used up; false where it depends on
+    // the others.
+    APART bool append_column(int n, double* row) {
+        double rest = row[n];
+        for (int k = 0; k < n; ++k) {
+            const double* own = upper_factor + k * wide;
+            const double share = row[k] * own[k];
+            for (int i = k + 1; i < n; ++i) row[i] -= share * own[i];
+            upper_factor[k * wide + n] = share;
+            rest -= share * share;
+        }
+        if (!(rest > 0.01 * DEPENDENT * row[n])) return false;
+        upper_factor[n * wide + n] = 1.0 / root_of(rest);
+        return true;
+    }
+
+    // U of U'U + sign v v' from a row on, using v up; false where much would cancel (Gill, Golub,
+    // Murray and Saunders 1974).
+    APART bool change_factor(int from, double sign, double* v) {
+        for (int k = from; k < size; ++k) {
+            double* own = upper_factor + k * wide;
+            const double share = v[k] * own[k], squared_ratio = 1.0 + sign * share * share;
+            if (!(squared_ratio > CANCELS)) return false;
+            const double ratio = root_of(squared_ratio), inverse_ratio = 1.0 / ratio;
+            const double along = sign * share;
+            own[k] *= inverse_ratio;
+            for (int i = k + 1; i < size; ++i) {
+                own[i] = (own[i] + along * v[i]) * inverse_ratio;
+                v[i] = ratio * v[i] - share * own[i];
             }
-            const double pivot = normal[j * wide + j] - dot(j, own, own);
-            if (!(pivot > 0.01 * DEPENDENT * normal[j * wide + j])) return false;
-            // the diagonal holds its inverse
-            own[j] = 1.0 / root_of(pivot);
         }
         return true;
     }
 
-    // The same after a change of ``normal``, which is summed up anew where rounding has spoilt it.
+    // A control leaves the free ones (sign -1) or joins them (1).
+    APART bool shift_control(int i, double sign) {
+        const double root = root_of(inverse[i]);
+        for (int j = 0; j < size; ++j) line[j] = (j < q ? root : -root) * row_of(j)[i];
+        return change_factor(0, sign, line) || renew();
+    }
+
+    // S and U anew, where rounding has spoilt them.
     APART bool renew() {
-        if (cholesky()) return true;
         for (int j = 0; j < size; ++j) fill_row(j);
-        return cholesky();
+        return factorise_set();
     }
 
     APART void solve_normal(double* y) const {
-        for (int j = 0; j < size; ++j) {
-            const double* own = lower_factor + j * wide;
-            y[j] = (y[j] - dot(j, own, y)) * own[j];
+        for (int k = 0; k < size; ++k) {
+            const double* own = upper_factor + k * wide;
+            const double known = y[k] *= own[k];
+            for (int i = k + 1; i < size; ++i) y[i] -= known * own[i];
         }
-        for (int j = size - 1; j >= 0; --j) {
-            const double* own = lower_factor + j * wide;
-            y[j] *= own[j];
-            add(j, -y[j], own, y);
+        for (int k = size - 1; k >= 0; --k) {
+            const double* own = upper_factor + k * wide;
+            double sum = y[k];
+            for (int i = k + 1; i < size; ++i) sum -= own[i] * y[i];
+            y[k] = sum * own[k];
         }
     }
 
     // The point of the present active set and its multipliers; false where rows depend.
     APART bool solve_set() {
-        for (int j = 0; j < size; ++j) fill_row(j);
-        if (!cholesky()) return false;
+        if (!renew()) return false;
         for (int i = 0; i < nu; ++i) {
             x[i] = at_bound[i] ? (at_bound[i] < 0 ? low[i] : high[i]) : -linear[i] * inverse[i];
             force[i] = 0.0;

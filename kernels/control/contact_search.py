@@ -54,6 +54,7 @@ LIMITS = {
     "AT_BOUND": "1e-9",
     "CLEAR": "1e-9",
     "SHORTEST": "0.5",
+    "CANCELS": "1e-4",
 }
 """Constants of the native code; those of the NumPy form have its names."""
 
@@ -70,6 +71,9 @@ TOOLS = """
     APART static void copy(int n, const double* from, double* to) {
         for (int i = 0; i < n; ++i) to[i] = from[i];
     }
+    APART static void copy_whole(int n, const int* from, int* to) {
+        for (int i = 0; i < n; ++i) to[i] = from[i];
+    }
     APART static void add(int n, double share, const double* __restrict__ from,
                           double* __restrict__ to) {
         for (int i = 0; i < n; ++i) to[i] += share * from[i];
@@ -84,6 +88,7 @@ TOOLS = """
 SCALARS = """
     double constant, reach, speed, impulse, value_scale, base_value, dual_residual;
     double objective, complementarity, feasibility, kkt;
+    double dual;
     int p, count, size, rounds, qps, visits, failed;
     int c, w, wide, has_start, most_qps, kicks, patience, kick_held, assembles;
     int given_others, exploring;
@@ -112,6 +117,7 @@ RUN = """
         const int best = search();
         findings[STATUS] = failed || best < 0;
         if (findings[STATUS]) return;
+        copy_whole(nu, visit_bounds + best * nu, at_bound);
         finish(best);
         findings[QPS] = qps;
         findings[BEST] = best;

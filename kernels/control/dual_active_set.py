@@ -9,28 +9,77 @@ whose multipliers have the wrong sign. Members of the local class of ``contact_s
 """
 
 ACTIVE_SET = """
+    // Row j leaves the active ones: its column leaves U, and the rows below carry its own row.
     APART void drop_row(int j) {
+        const double* gone = upper_factor + j * wide;
+        for (int i = j + 1; i < size; ++i) line[i - 1] = gone[i];
+        for (int k = 0; k + 1 < size; ++k) {
+            const double* from = upper_factor + (k < j ? k : k + 1) * wide + 1;
+            double* to = upper_factor + k * wide;
+            for (int i = k < j ? j : k; i + 1 < size; ++i) to[i] = from[i];
+        }
         for (int k = j; k + 1 < size; ++k) {
             weights[k] = weights[k + 1];
             active[k - q] = active[k - q + 1];
-            for (int l = 0; l < j; ++l) normal[k * wide + l] = normal[(k + 1) * wide + l];
-            for (int l = j; l <= k; ++l) normal[k * wide + l] = normal[(k + 1) * wide + l + 1];
         }
         --size;
+        change_factor(j, 1.0, line);
     }
 
-    // A set whose multipliers have the right sign, out of the bounds that were active before.
-    APART bool begin_set() {
+    // The active set of a visit, in the rows of another one: those of contacts of other modes are
+    // left out.
+    APART void recall_set(int v, int origin) {
+        copy_whole(nu, visit_bounds + origin * nu, at_bound);
+        for (int i = 0; i < count && size < wide; ++i) {
+            const int k = row_place[i] / r;
+            if (visit_modes[K * v + k] != visit_modes[K * origin + k]) continue;
+            bool was_active = false;
+            for (int j = 0; j < row_count[origin]; ++j)
+                was_active = was_active || visit_rows[origin * wide + j] == row_place[i];
+            if (was_active) active[size++ - q] = i;
+        }
+    }
+
+    APART void keep_set(int v) {
+        copy_whole(nu, at_bound, visit_bounds + v * nu);
+        row_count[v] = size - q;
+        for (int j = q; j < size; ++j) visit_rows[v * wide + j - q] = row_place[active[j - q]];
+    }
+
+    // A set whose multipliers have the right sign, out of that of an earlier QP.
+    APART bool begin_set(int v, int origin) {
         size = q;
-        for (int round = 0; round < 6; ++round) {
-            if (!solve_set()) break;
+        if (origin >= 0) recall_set(v, origin);
+        for (int round = 0; round < 8; ++round) {
+            if (!solve_set()) {
+                if (size == q) break;
+                size = q;
+                continue;
+            }
             int wrong = 0;
             for (int i = 0; i < nu; ++i)
                 if (at_bound[i] && !(bound_weight[i] >= 0.0)) at_bound[i] = 0, ++wrong;
+            int kept = q;
+            for (int j = q; j < size; ++j)
+                if (weights[j] >= 0.0) active[kept++ - q] = active[j - q];
+            wrong += size - kept;
+            size = kept;
             if (!wrong) return true;
         }
+        size = q;
         for (int i = 0; i < nu; ++i) at_bound[i] = 0;
         return solve_set();
+    }
+
+    // The objective at the point of the active set, which no point that obeys all falls below.
+    double dual_value() const {
+        double sum = 0.0;
+        for (int i = 0; i < nu; ++i) sum += (0.5 * curve[i] * x[i] + linear[i]) * x[i];
+        for (int j = 0; j < q; ++j) {
+            const double along = dot(nu, outputs + j * w + 1, x);
+            sum += 0.5 * along * along;
+        }
+        return base_value + sum;
     }
 
     // The condition that is violated most: a control (and its side) or a row; 0 where none is.
@@ -108,17 +157,17 @@ ACTIVE_SET = """
                 if (at_bound[i]) bound_weight[i] += step * bound_change[i];
             own += step;
             if (along > 0.0) {
+                dual += step * along * (own - 0.5 * step);
                 add(nu, step, way, x);
                 miss -= step * along;
             }
             if (arrives) return take_up(condition, own);
             if (blocking < nu) {
                 at_bound[blocking] = 0;
-                shift_normal(blocking, 1.0);
+                if (!shift_control(blocking, 1.0)) return -1;
             } else {
                 drop_row(blocking - nu);
             }
-            if (!renew()) return -1;
         }
     }
 
@@ -128,21 +177,23 @@ ACTIVE_SET = """
             active[size - q] = condition - nu - 1;
             weights[size] = own;
             fill_row(size++);
-        } else {
-            const int i = (condition < 0 ? -condition : condition) - 1;
-            at_bound[i] = condition < 0 ? -1 : 1;
-            bound_weight[i] = own;
-            x[i] = condition < 0 ? low[i] : high[i];
-            shift_normal(i, -1.0);
+            return append_column(size - 1, normal + (size - 1) * wide) || renew() ? 1 : -1;
         }
-        return renew() ? 1 : -1;
+        const int i = (condition < 0 ? -condition : condition) - 1;
+        at_bound[i] = condition < 0 ? -1 : 1;
+        bound_weight[i] = own;
+        x[i] = condition < 0 ? low[i] : high[i];
+        return shift_control(i, -1.0) ? 1 : -1;
     }
 
-    // 1 with the minimiser in x and the multipliers of its set, 0 without a point, -1 on failure.
-    APART int minimise() {
+    // 1 with the minimiser in x and the multipliers of its set, 0 without a point or with one above
+    // a limit, -1 on failure.
+    APART int minimise(double highest, int v, int origin) {
         rounds = 0;
-        if (!begin_set()) return -1;
+        if (!begin_set(v, origin)) return -1;
+        dual = dual_value();
         for (;;) {
+            if (dual > highest) return 0;
             double miss;
             const int condition = worst_violation(miss);
             if (!condition) break;
@@ -177,7 +228,7 @@ ACTIVE_SET = """
                 normal[j * wide + k] = sum + (j == k);
             }
         size = q;
-        if (!cholesky()) return -1e300;
+        if (!factorise_set()) return -1e300;
         for (int j = 0; j < q; ++j) weights[j] = change[j];
         solve_normal(weights);
         return base_value - 0.5 * (half - dot(q, change, weights));

@@ -20,7 +20,7 @@ SEARCH = """
     }
 
     int improved(int v, const int* modes) {
-        const int found = visit(modes, 1e300);
+        const int found = visit(modes, 1e300, v);
         return found < 0 || value[found] >= value[v] - margin(v) ? -1 : found;
     }
 
@@ -189,7 +189,7 @@ SEARCH = """
             turn[v] = order++;
             --left;
             ++misses;
-            const int there = visit(trial, limit(best));
+            const int there = visit(trial, limit(best), v);
             const int found = there < 0 ? -1 : add_minimum(there);
             if (found < 0) continue;
             turn[found] = order++;
@@ -204,16 +204,17 @@ SEARCH = """
     // The best visit from the start, static contacts and others; -1 without any point.
     int search() {
         int number = 0;
-        const int root = has_start ? visit(start, 1e300) : -1;
+        const int root = has_start ? visit(start, 1e300, -1) : -1;
         if (failed) return -1;
-        const int still = visit(still_modes, root < 0 ? 1e300 : worth(root));
+        const int still = visit(still_modes, root < 0 ? 1e300 : worth(root), root);
         if (root >= 0) minima[number++] = add_minimum(root);
         if (still >= 0 && (root < 0 || value[still] <= worth(minima[0])))
             number = added(number, still);
         if (!number) return -1;
         exploring = 1;
         for (int i = 0; i < given_others; ++i) {
-            const int other = visit(others + K * i, limit(lowest(minima, number)));
+            const int least = lowest(minima, number);
+            const int other = visit(others + K * i, limit(least), least);
             if (other >= 0) number = added(number, other);
         }
         int best = lowest(minima, number);

@@ -27,9 +27,10 @@ VISITS = """
         }
     }
 
-    // Number of the visit to some modes, whose QP is solved the first time; -1 where that has no
-    // point, is above the limit, or the budget is spent.
-    APART int visit(const int* given, double limit) {
+    // Number of the visit to some modes, whose QP is solved the first time, from the active set of
+    // an earlier visit (-1: of the last solve); -1 where that has no point, is above the limit, or
+    // the budget is spent.
+    APART int visit(const int* given, double limit, int origin) {
         if (failed) return -1;
         int* modes = visit_modes + K * visits;
         for (int k = 0; k < K; ++k) modes[k] = valid[k * M + given[k]] ? given[k] : SLIDE;
@@ -41,7 +42,7 @@ VISITS = """
         if (spent()) return -1;
         if (visits == most_visits - 1) return leave(), -1;
         solved[visits] = weighed[visits] = reached[visits] = 0;
-        solved[visits] = solve_modes(visits, limit);
+        solved[visits] = solve_modes(visits, limit, origin);
         return solved[visits++] ? visits - 1 : -1;
     }
 
@@ -50,19 +51,20 @@ VISITS = """
 
     bool spent() const { return qps >= most_qps; }
 
-    APART int solve_modes(int v, double limit) {
+    APART int solve_modes(int v, double limit, int origin) {
         if (!eliminate(visit_modes + K * v)) {
             // redundant contacts: without a point where they disagree
             if (!disagree(visit_modes + K * v)) leave();
             return 0;
         }
-        const double highest = (limit - constant) / value_scale;
+        const double highest = limit < 1e300 ? (limit - constant) / value_scale : 1e300;
         if (limit < 1e300 && unconstrained_minimum() > highest) return 0;
         ++qps;
-        const int done = minimise();
+        const int done = minimise(highest, v, origin);
         if (done < 0) return leave(), 0;
         if (!done) return 0;
         keep(v);
+        keep_set(v);
         return !(limit < 1e300 && value[v] > limit);
     }
 

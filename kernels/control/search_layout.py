@@ -151,7 +151,7 @@ NUMBERS: dict[str, Shape] = {
     "weights": lambda a: (a.wide,),
     "change": lambda a: (a.wide,),
     "normal": lambda a: (a.wide, a.wide),
-    "lower_factor": lambda a: (a.wide, a.wide),
+    "upper_factor": lambda a: (a.wide, a.wide),
     "line": lambda a: (max(a.nu + a.c, 2 * a.c, a.wide),),
     "spread": lambda a: (a.c,),
     "squared": lambda a: (a.q,),
@@ -187,6 +187,9 @@ COUNTS: dict[str, Shape] = {
     "active": lambda a: (a.wide,),
     # kept from solve to solve: where the next one begins
     "at_bound": lambda a: (a.nu,),
+    "visit_bounds": lambda a: (a.most_visits, a.nu),
+    "visit_rows": lambda a: (a.most_visits, a.wide),
+    "row_count": lambda a: (a.most_visits,),
     "trial": lambda a: (a.K,),
     "minima": lambda a: (a.most_visits,),
     "visit_modes": lambda a: (a.most_visits, a.K),

@@ -9,7 +9,9 @@ from warp_softbody.controllers import ControlOptions, QPCCResult, SolverOptions,
 from warp_softbody.controllers.perturbation_schedule import PerturbationSchedule
 
 CALM, HELD = 0.03, 5
-OPTIONS = ControlOptions(kicks=2, calm_objective=CALM, kick_pause=HELD)
+OPTIONS = ControlOptions(
+    max_qps=16, kicks=2, kick_patience=1, kick_reach=1.0, calm_objective=CALM, kick_pause=HELD
+)
 KICKED = SolverOptions(max_qps=16, kicks=2, patience=1, reach=1.0)
 QUIET = replace(KICKED, kicks=0)
 MODES = (1, 1)
@@ -20,22 +22,30 @@ def result(objective: float, modes: tuple[int, ...] = MODES) -> QPCCResult:
     return replace(solved, objective=objective, modes=modes)
 
 
-def test_modes_that_hold_after_kicks_go_without_for_a_while() -> None:
+def test_modes_that_have_held_for_a_while_are_kicked_once_in_so_many_steps() -> None:
     rule, restless = PerturbationSchedule(OPTIONS), result(2.0 * CALM)
     assert rule.options() == KICKED
-    left_out = [rule.note(MODES, restless, usable=True) for _ in range(2 * HELD + 3)]
-    assert left_out == [i % (HELD + 1) != 0 for i in range(2 * HELD + 3)]
+    steps = range(1, 4 * HELD + 1)
+    left_out = [rule.note(MODES, restless, usable=True) for _ in steps]
+    assert left_out == [i > HELD and i % HELD != 0 for i in steps]
     assert rule.options() == replace(KICKED, kick_held=False)
+
+
+def test_without_a_pause_every_step_is_free_to_kick() -> None:
+    rule = PerturbationSchedule(replace(OPTIONS, kick_pause=0))
+    for _ in range(3):
+        assert not rule.note(MODES, result(2.0 * CALM), usable=True)
+        assert rule.options() == KICKED
 
 
 def test_new_modes_bring_kicks_back() -> None:
     rule = PerturbationSchedule(OPTIONS)
-    rule.note(MODES, result(2.0 * CALM), usable=True)
-    assert not rule.note(MODES, result(2.0 * CALM, (1, 0)), usable=True)
-    assert rule.options() == KICKED
-    rule.note(MODES, result(2.0 * CALM), usable=True)
-    assert not rule.note(None, result(2.0 * CALM), usable=True)
-    assert rule.options() == KICKED
+    for start, modes in ((MODES, (1, 0)), (None, MODES)):
+        for _ in range(HELD):
+            rule.note(MODES, result(2.0 * CALM), usable=True)
+        assert rule.options() != KICKED
+        assert not rule.note(start, result(2.0 * CALM, modes), usable=True)
+        assert rule.options() == KICKED
 
 
 def test_a_calm_step_is_followed_by_one_without_kicks() -> None:

@@ -24,7 +24,7 @@ def test_it_stands_for_six_seconds(tmp_path: Path) -> None:
     assert np.linalg.norm(moved) < 0.02
 
 
-@pytest.mark.parametrize("push", [0.45, 0.5])
+@pytest.mark.parametrize("push", [0.475, 0.5, 0.52])
 def test_it_recovers_from_a_push(push: float, tmp_path: Path) -> None:
     """The base widens meanwhile, and part of it leaves the ground."""
     motion = run("balance-i", tmp_path, "--seconds", "6", "--set", f"push={push}")
@@ -99,9 +99,9 @@ def test_a_body_that_may_not_leave_its_base_falls(tmp_path: Path) -> None:
 
 
 def test_a_lighter_push_moves_it_little(tmp_path: Path) -> None:
-    """The head is held over the base, so that the letter tips less than 10 degrees."""
+    """The head is held over the base, so that the letter tips less than 5 degrees."""
     motion = run("balance-i", tmp_path, "--seconds", "6", "--set", "push=0.3")
-    assert motion.measures.tilt.max() < 10.0
+    assert motion.measures.tilt.max() < 5.0
     path = motion.measures.centre_of_mass
     assert np.linalg.norm(path[-1] - path[0]) < 0.05
 

@@ -15,10 +15,10 @@ from warp_softbody.controllers.inner_controllers import says, two_with_one
 from warp_softbody.controllers.motions.motion_span import MotionSpan, course_of
 from warp_softbody.engine.part_rows import part_named
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
-from warp_softbody.engine.stepper import Stepper
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import input_kinds
-from warp_softbody.inputs.records import unchecked
+from warp_softbody.inputs.records import unchecked, unchecked_copy
+from warp_softbody.run.lookahead import Lookahead, steps_ahead
 from warp_softbody.run.saved_control import SavedControl, memory_of, remind
 from warp_softbody.world.scene import Scene
 from warp_softbody.world.view import BodyView
@@ -38,26 +38,30 @@ class ControlledBody:
 
     def __init__(
         self,
-        stepper: Stepper,
+        lookahead: Lookahead,
         controller: Controller,
         options: ControlOptions,
         name: str | None = None,
     ) -> None:
         """Control the body of a name; None for the character, beside which none is controlled."""
-        scene = stepper.model.scene
+        model = lookahead.stepper(1).model
+        scene = model.scene
         self._part = None if name is None else part_named(scene, name)
         self.name = scene.parts[0].name if name is None else name
         self.keeps_upright = says(controller, "keeps_upright")
         self.segments = slice(None) if self._part is None else self._part.segments
         self._alone = None if name is None else _alone(scene, name)
-        self._workroom: dict[Any, Any] | None = {} if stepper.model.options.native_code else None
+        self._workroom: dict[Any, Any] | None = {} if model.options.native_code else None
+        own = scene if self._alone is None else self._alone
+        horizon = 0.0 if says(controller, "plans_single_steps") else options.horizon
+        self._ahead = steps_ahead(horizon, own, model.options.time_step)
         dynamics = ReducedDynamics(
-            stepper,
+            lookahead.stepper(self._ahead),
             tolerance=options.response_tolerance,
             max_iterations=options.max_response_iterations,
             body=name,
         )
-        masses = stepper.model.masses
+        masses = model.masses
         self._masses = masses if self._part is None else masses[self._part.nodes]
         self._controller = controller
         self._dynamics = dynamics
@@ -72,7 +76,7 @@ class ControlledBody:
         """What the controller sees of a view of all bodies."""
         part = self._part
         if part is None:
-            return whole
+            return whole if self._ahead == 1 else unchecked_copy(whole, steps_ahead=self._ahead)
         return unchecked(
             BodyView,
             scene=self._alone,
@@ -84,6 +88,7 @@ class ControlledBody:
             touching=whole.touching[part.nodes].copy(),
             activations=whole.activations[part.segments].copy(),
             impulses=np.ascontiguousarray(whole.impulses[part.nodes]),
+            steps_ahead=self._ahead,
             workroom=self._workroom,
         )
 
@@ -136,7 +141,7 @@ def _alone(scene: Scene, name: str) -> Scene:
 
 
 def controlled_bodies(
-    stepper: Stepper,
+    lookahead: Lookahead,
     options: ControlOptions,
     controller: Controller | None,
     others: Mapping[str, Controller],
@@ -145,7 +150,7 @@ def controlled_bodies(
     """The bodies with controllers, the character first; a warning tells of those without muscles.
 
     Args:
-        stepper: of all bodies.
+        lookahead: of all bodies.
         options: of the control solvers.
         controller: of the scene's character.
         others: of other bodies, by their names.
@@ -154,7 +159,8 @@ def controlled_bodies(
     Raises:
         InputError: there is no such body, or no such controller.
     """
-    scene = stepper.model.scene
+    model = lookahead.stepper(1).model
+    scene = model.scene
     own = scene.character.name if others else None
     asked = [] if controller is None else [(own, controller)]
     for name, other in others.items():
@@ -172,11 +178,11 @@ def controlled_bodies(
         )
     found = []
     for body, wanted in asked:
-        segments = slice(0, stepper.model.segment_count)
+        segments = slice(0, model.segment_count)
         if body is not None:
             segments = part_named(scene, body).segments
         if segments.start < segments.stop:
-            found.append(ControlledBody(stepper, wanted, options, body))
+            found.append(ControlledBody(lookahead, wanted, options, body))
             continue
         warnings.warn(
             f"{body or label!r} has no muscles, so its controller is never asked",

@@ -27,7 +27,8 @@ class GoalOutcome:
         weight: of its square.
         wanted: its target.
         planned: what the plan came to; another one may have weighed more.
-        reached: what the step came to.
+        reached: what the step came to; of a plan that looks further ahead, what it comes to if the
+            body goes on as in the step.
         low, high: least and greatest value that the muscles reach with the contact modes of the
             plan, if this row alone counts.
     """
@@ -88,14 +89,15 @@ def goal_report(
     """Of a decision, the velocities (n, 3) m/s that came of it, and the motion that was on."""
     goals, maps, result = decision.goals, decision.maps, decision.result
     count = sum(len(objective.rows) for objective in goals.objectives)
-    chosen = decision.rest_lengths - maps.lengths
+    view, chosen = decision.view, decision.lengths_ahead - maps.lengths
     impulses = np.asarray(result.forces).ravel()
     planned = maps.free_velocity[:count] + maps.muscle_map[:count] @ chosen
     planned = planned + maps.compliance[:count, count : count + len(impulses)] @ impulses
-    gaps = np.array([patch.gap for patch in goals.patches]) / decision.view.time_step
+    gaps = np.array([patch.gap for patch in goals.patches]) / view.horizon
     modes = result.contact_modes if len(result.modes) == len(goals.patches) else ()
     low, high = response(maps, count, modes, gaps, np.asarray(result.forces)).range(maps)
     outcomes, begin = [], 0
+    velocities = view.at_horizon(view.velocities, velocities)
     for objective in goals.objectives:
         reached = objective.rows @ velocities.ravel()
         for row, value in enumerate(reached):
@@ -113,4 +115,4 @@ def goal_report(
                 )
             )
         begin += len(reached)
-    return GoalReport(time=decision.view.time, outcomes=tuple(outcomes), motion=motion)
+    return GoalReport(time=view.time, outcomes=tuple(outcomes), motion=motion)

@@ -12,6 +12,7 @@ from warp_softbody.body.character import Character
 from warp_softbody.contact_mode import ContactMode
 from warp_softbody.controllers import objectives
 from warp_softbody.controllers.authority import response
+from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.controller import Goals
 from warp_softbody.controllers.motions.any_body import feet_of, require_muscles
 from warp_softbody.controllers.motions.body_measures import mean_weights
@@ -81,7 +82,10 @@ def muscle_authority(character: Character) -> tuple[Authority, ...]:
     require_muscles("muscle_authority", character)
     feet = tuple(name for name in feet_of(character) if character.region(name).size)
     simulation = Simulation(
-        Scene(character=character, ground=Plane()), _Probe(feet), time_step=TIME_STEP
+        Scene(character=character, ground=Plane()),
+        _Probe(feet),
+        time_step=TIME_STEP,
+        control_options=ControlOptions(horizon=0.0),
     )
     found: list[StepRecord] = []
     simulation.observe(found.append)

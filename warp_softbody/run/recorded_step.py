@@ -76,10 +76,14 @@ class StepMeter:
 
 
 def _objectives(decision: Decision | None, frame: Frame) -> Numbers:
-    """What the plan expected to be left of all goals, and what the step has left of each."""
+    """What the plan expected to be left of all goals, and what the step has left of each.
+
+    Of a plan that looks further ahead, what is left if all goes on as in the step.
+    """
     if decision is None:
         return {}
-    velocities = frame.velocities.reshape(-1)
+    view = decision.view
+    velocities = view.at_horizon(view.velocities, frame.velocities[: view.node_count]).reshape(-1)
     left: Numbers = {"objective/planned": np.float64(decision.result.objective)}
     counted: Counter[str] = Counter()
     for goal in decision.goals.objectives:
@@ -95,7 +99,8 @@ def _objectives(decision: Decision | None, frame: Frame) -> Numbers:
 
 def _activation_cost(goals: Goals, decision: Decision, chosen: FloatArray) -> Numbers:
     """Cost of the activations and of their change, as in `ActivationCost`."""
-    rate = goals.activation.change / (decision.view.time_step / decision.time_unit)
+    rate = goals.activation.change / (decision.view.horizon / decision.time_unit)
+    chosen = decision.view.at_horizon(decision.view.activations, chosen)
     change = chosen - decision.view.activations
     return {
         "objective/effort": np.asarray(goals.activation.effort * np.mean((chosen - 1.0) ** 2)),

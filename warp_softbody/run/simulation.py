@@ -35,6 +35,7 @@ from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
 from warp_softbody.run.falls import Falls
 from warp_softbody.run.goal_report import GoalReport, goal_report
 from warp_softbody.run.handle_motion import HandleMotion
+from warp_softbody.run.lookahead import Lookahead
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
@@ -139,8 +140,9 @@ class Simulation:
         self._after = State.at_rest(self.model)
         self.control = Control.slack(self.model)
         self.contacts = Contacts.none(self.model)
+        self._lookahead = Lookahead(self.stepper)
         self._controlled = controlled_bodies(
-            *(self.stepper, self.control_options, controller, others, name)
+            *(self._lookahead, self.control_options, controller, others, name)
         )
         self.stepper.prepare(self._state, self.control, self.contacts, self._after)
         self._rest_lengths = SLACK * self.model.muscles.rest_lengths
@@ -544,6 +546,7 @@ class Simulation:
 
     def _decide(self, wishes: list[Wish]) -> None:
         """Set the muscles of the step whose matrix is assembled; those of limp bodies are slack."""
+        self._lookahead.assemble(self._state, self.control)
         lengths = SLACK * self.model.muscles.rest_lengths
         for body, view, goals in wishes:
             try:

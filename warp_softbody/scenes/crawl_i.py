@@ -30,7 +30,7 @@ INCHWORM = CrawlGains(
     follow=2.235,  # sqrt(g/L)
     hold=0.4,  # sqrt(g/L): held to its place, the tail stops the body from going flat
     corner_weight=0.1,  # sqrt(L/g)
-    side_weight=0.01,  # sqrt(L/g): with more of it the body sways from side to side
+    side_weight=0.06,  # sqrt(L/g): with a sixth of it the body drifts off its way, by up to 0.13 L
     ground_weight=0.0,  # the ends stand on their edges
     middle_weight=0.35,  # sqrt(L/g)
     activation=ActivationCost(effort=1.0, change=0.6264),

@@ -44,7 +44,7 @@ TAKE_OFF = TakeOff(
 forward, and lets go behind a little before it does so ahead."""
 
 GAINS = FlipGains(
-    lean=1.037,  # rad
+    lean=1.075,  # rad
     landing_height=0.381,  # L
     open=0.169,  # sqrt(L/g)
     least_length=0.559,

@@ -27,6 +27,7 @@ TWIST = replace(
     wind=-0.9,  # rad
     launch=(0.0, 0.0, 0.415),  # sqrt(g L)
     turn=1.3,  # rad
+    push_spin=12.0,  # sqrt(g/L)
     spin_weight=15.0,  # of rows in m g L dt
     height=0.45,  # L
     activation=ActivationCost(effort=0.02, change=0.0157),

@@ -58,17 +58,22 @@ FAST = replace(
     turn=15.0,  # g/L
     spin=4.0,  # sqrt(g/L)
     foot_position=5.0,  # sqrt(g/L)
-    foot_velocity=6.0,  # sqrt(g/L)
+    foot_velocity=5.5,  # sqrt(g/L)
 )
 """Two feet let the body tip over the line between them. Without a turn it keeps what it has tipped:
 in 11 s at half the step two feet then come 21 mm high and two 93, at a quarter it goes half as far;
-now 35 and 76, and as far. With a foot velocity of 6.5 more than a tenth of the accelerations change
-sign at twice the step, with a foot weight of 0.002 at half of it feet hardly leave the ground."""
+now 35 and 76, and as far. With a foot velocity of 6 a tenth of the accelerations change sign at
+twice the step, with a foot weight of 0.002 at half of it feet hardly leave the ground."""
 
-STEERED = replace(FAST, momentum_weight=0.025, foot_velocity=4.5)
-"""With the weight of `FAST` the middle sinks to the ground while the body turns at a quarter of the
-step: contacts answer to muscles later than within so short a step, so that the plan does less than
-it could. It shakes more: 7 instead of 5 % of accelerations change sign, so the feet are softer."""
+STEERED = replace(
+    FAST,
+    momentum_weight=0.025,
+    foot_velocity=4.5,
+    activation=ActivationCost(effort=0.06, change=0.115),
+)
+"""It keeps its height by a larger weight while it turns, and so shakes more: 6 to 7 % instead of 5
+of the accelerations change sign. So the feet are softer, and a change costs more: with the cost of
+`FAST` a tenth of them do at twice the step."""
 
 UNEVEN = replace(SLOW, sway=0.15, momentum_weight=0.01)
 """Up a slope of 15 degrees the body of the level gains sinks between limbs that its sway has taken

@@ -24,7 +24,7 @@ class BodyView(Value):
     Attributes:
         scene: what is simulated; its pushes are not the controller's to know.
         time: s.
-        time_step: dt, s.
+        time_step: dt, s; by it what a controller sums up from step to step goes on.
         masses: (n,) kg; zero at the nodes of other bodies.
         positions: (n, 3) m.
         velocities: (n, 3) m/s.
@@ -32,6 +32,7 @@ class BodyView(Value):
         activations: (s,) l_d / l_0 of the last step; l / l_0 where a segment was slack.
         impulses: (n, 3) N s, of the ground on each node in the last step; (0, 3) where they are
             not known.
+        steps_ahead: time steps that a plan looks ahead.
         workroom: what native code keeps by name for the views of one run; None where controllers
             are to reckon in NumPy. It is no part of the state: copies and pickles have none.
     """
@@ -45,7 +46,17 @@ class BodyView(Value):
     touching: npt.NDArray[np.bool_]
     activations: FloatArray
     impulses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    steps_ahead: int = 1
     workroom: dict[Any, Any] | None = field(default=None, init=False)
+
+    @property
+    def horizon(self) -> float:
+        """Time, s, at whose end objectives ask for velocities; the time step, or some of them."""
+        return self.steps_ahead * self.time_step
+
+    def at_horizon(self, now: FloatArray, soon: FloatArray) -> FloatArray:
+        """What numbers are at the horizon, if they go on as in the step that takes them there."""
+        return soon if self.steps_ahead == 1 else now + self.steps_ahead * (soon - now)
 
     @property
     def node_count(self) -> int:

@@ -222,7 +222,7 @@ class Stepping(Steerable):
 
     def _body(self, view: BodyView, now: _Now) -> list[Objective]:
         """The centre of mass goes on and sways to where the other feet bear it; no turning."""
-        g, dt = self._gains, view.time_step
+        g, dt = self._gains, view.horizon
         step, rate, _ = smooth_step(now.share / g.stand if g.stand > 0.0 else 1.0)
         sway = self._next - self._shift
         goal = np.array([*self._frame.place, self._height]) + self._shift + step * sway
@@ -271,8 +271,8 @@ class Stepping(Steerable):
         g, weights = self._gains, feet.weights[foot]
         now = weights @ view.velocities
         way = speed + g.foot_position * (place - feet.places[foot])
-        soon = now + view.time_step * g.foot_velocity * (way - now)
-        unit = objectives.weight_of(view) / view.mass * view.time_step
+        soon = now + view.horizon * g.foot_velocity * (way - now)
+        unit = objectives.weight_of(view) / view.mass * view.horizon
         return objectives.velocity(view, weights, soon, g.foot_weight, unit=unit)
 
     def _patches(self, view: BodyView, swung: tuple[int, ...], swing: float) -> tuple[Patch, ...]:

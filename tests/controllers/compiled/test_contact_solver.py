@@ -167,6 +167,33 @@ def test_further_starts_and_common_kicks_are_those_of_the_numpy_form(
     assert alike >= 10 and handed_on >= 11
 
 
+@pytest.mark.parametrize("reach", [1e-3, 0.1, 3.0])
+def test_kicks_that_would_end_high_are_given_up_alike(
+    reach: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A QP that the dual value ends early counts as one whose minimum is above the limit."""
+    search, alike, spared = CompiledSearch(), 0, 0
+    options = SolverOptions(patience=20, kicks=40, max_qps=120, reach=reach)
+    for seed in range(10):
+        problem = with_squares(soft_body(seed, contacts=4, controls=40))
+        arguments: dict[str, Any] = {
+            "start": (1,) * 4,
+            "fallback_controls": np.zeros(40),
+            "touching": np.ones(4, dtype=bool),
+        }
+        found = natively(monkeypatch, search, problem, **arguments, options=options)
+        expected = solve_qpcc(problem, **arguments, options=options)
+        assert found is not None
+        if found.modes == expected.modes:
+            same(found, expected, problem)
+            alike += 1
+        unlimited = replace(options, reach=np.inf)
+        every = natively(monkeypatch, search, problem, **arguments, options=unlimited)
+        assert every is not None and every.qp_count <= options.max_qps
+        spared += every.qp_count > found.qp_count
+    assert alike >= 9 and (reach > 1.0 or spared >= 8)
+
+
 def test_both_forms_hand_on_as_many_minima() -> None:
     assert MOST_OTHERS == OTHERS
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from warp_softbody.controllers import DIAGONAL_PAIRS, Steering, Trail, Walk
 from warp_softbody.controllers.motions.guidance import Feet, Guidance
 from warp_softbody.controllers.motions.moving_frame import MovingFrame, Rates
 from warp_softbody.controllers.motions.steering import TrailFollower, checked_guide
-from warp_softbody.controllers.motions.walk_course import TurnTaking
+from warp_softbody.controllers.motions.walk_course import Course, TurnTaking
 from warp_softbody.errors import InputError
 
 ORIGIN = np.zeros(2)
@@ -114,6 +115,39 @@ def test_a_body_that_is_told_to_stand_moves_every_foot_once_more() -> None:
     moved = [taking.turn(number, standing=number >= 2) for number in range(7)]
     assert moved == [(0,), (1,), (2,), (0,), (1,), (), ()]
     assert taking.turn(7, standing=False) == (1,)
+
+
+def course(steps_ahead: int, count: int) -> Course:
+    """Of a walk that is turned from rest, after a count of steps of 0.1 s over so many."""
+    feet = Feet(length=1.0, reach=0.5, cycle=2.0, stride=0.5, most_stride=0.6)
+    going = Course(feet, ((0,), (1,)), ORIGIN, guide=Steering(turning=0.4), heading=0.0)
+    for step in range(count):
+        view: Any = SimpleNamespace(
+            time=0.1 * step / steps_ahead,
+            time_step=0.1 / steps_ahead,
+            horizon=0.1,
+            steps_ahead=steps_ahead,
+            center_of_mass=np.zeros(3),
+        )
+        going.go_on(view, 0)
+    return going
+
+
+@pytest.mark.parametrize("steps_ahead", [2, 4])
+@pytest.mark.parametrize("count", [2, 9])
+def test_a_course_knows_its_frame_one_horizon_before_and_ahead(
+    steps_ahead: int, count: int
+) -> None:
+    """However many steps that is: rates that change evenly go as far in steps of any length."""
+    whole, parts = course(1, count), course(steps_ahead, 1 + (count - 1) * steps_ahead)
+    for name in ("before", "now", "ahead"):
+        one, other = getattr(whole, name), getattr(parts, name)
+        np.testing.assert_allclose(other.place, one.place, atol=2e-4)
+        assert other.yaw == pytest.approx(one.yaw, abs=1e-9)
+    assert parts.ahead.yaw > parts.now.yaw >= parts.before.yaw
+    shift = np.array([1.0, 0.0])
+    parts.shift(shift)
+    np.testing.assert_allclose(parts.before.place, whole.before.place + shift, atol=2e-4)
 
 
 def test_feet_reach_the_speed_of_their_longest_stride() -> None:
