@@ -15,6 +15,8 @@ from PIL import Image
 from tests.support.surfaces import BODIES, biped, capsule
 from warp_softbody import Character, TetMesh
 from warp_softbody.body.making.from_surface import made_from_surface
+from warp_softbody.body.making.limb_fibers import _frames, _tangents
+from warp_softbody.body.making.limbs import Limb
 from warp_softbody.body.making.made import Made
 from warp_softbody.body.point_location import locate
 from warp_softbody.errors import InputError, MeshError, MeshWarning
@@ -178,3 +180,21 @@ def test_a_tet_mesh_is_kept_with_its_regions() -> None:
     assert list(character.region("heart")) == [0, 1]
     with pytest.raises(InputError, match="a tet mesh is kept as it is"):
         Character.from_surface(named, tets=500)
+
+
+def test_an_axis_that_turns_back_has_tangents() -> None:
+    """A loop of two slices: out and back by the same way."""
+    axis = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    assert _tangents(axis) == pytest.approx(np.array([[0, 0, 1], [0, 0, 1], [0, 0, -1.0]]))
+
+
+@pytest.mark.parametrize("bend", [0.0, np.pi / 2, np.pi])
+def test_frames_are_at_right_angles_to_any_axis(bend: float) -> None:
+    mesh = made("capsule").mesh
+    axis = np.array([[0.0, 0.0, 0.5], [0.1, 0.0, 0.5], [0.1, 0.0, 0.5]])
+    axis[2] += 0.1 * np.array([np.cos(bend), 0.0, np.sin(bend)])
+    limb = Limb(axis, np.arange(len(mesh.points)), 0.2, ends=True)
+    frames = _frames(mesh, limb, axis)
+    assert np.isfinite(frames).all()
+    assert np.einsum("skx,sx->sk", frames, _tangents(axis)) == pytest.approx(0.0, abs=1e-12)
+    assert np.linalg.norm(frames, axis=2).min() > 0.0

@@ -22,11 +22,11 @@ ALONG = 40
 PLASTIC = 1.2207440846057596
 """The real root of x^4 = x + 1: the multiples of its inverse powers are spread evenly in space."""
 
-NEAR = 0.6
+NEAR = 0.9
 """Share of a cube's edge by which places may lie outside of tets that reach them: the lattice cuts
 edges and tips so short."""
 
-FEW = 0.0005
+FEW = 0.001
 """Share of the volume that tets may miss."""
 
 FARTHEST = 0.08

@@ -4,23 +4,35 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from warp_softbody.arrays import FloatArray
-from warp_softbody.body.making.coverage import Coverage
+from warp_softbody.body.making.coverage import Coverage, Unreached
 from warp_softbody.body.making.grading import reaching, total_volume
-from warp_softbody.body.making.lattice import IntArray
+from warp_softbody.body.making.lattice import Filled, IntArray
 from warp_softbody.body.making.solid import Solid
 from warp_softbody.errors import MeshError
 
 TETS_PER_CUBE = 12.0
 """Tets of the lattice in one of its cubes."""
 
-CLOSE_ENOUGH, CLOSE = 0.1, 0.2
-"""Shares by which the number of tets may differ from the one asked for: where the search ends, and
-where it ends once it has followed the number."""
+CLOSE_ENOUGH = 0.1
+"""Share by which the number of tets may differ from the one asked for before the search ends."""
 
-STEPS = (None, 1.15, 1.32, 0.87, 0.76)
-"""Spacings tried after the first, as shares of it; None: as the number of tets suggests. Which
-limbs a lattice meets is a matter of chance, so that more spacing may take more tets."""
+EVEN_TRIES = 8
+"""Spacings tried with cubes of one size."""
+
+LESS = 0.85
+"""Share of a spacing that loses limbs which is tried after it."""
+
+GRADED_STEPS = (1.0, None, None, 1.15, 1.32, 0.93, 0.87, 0.76)
+"""Spacings tried with cubes of several sizes, as shares of the first; None: as the number of tets
+suggests. Which limbs a lattice meets is a matter of chance, so that more spacing may take more
+tets."""
+
+MOST_EVEN = 2.5
+"""Times the tets asked for up to which cubes of one size are preferred: a chair walks with 3,100 of
+them and not with 1,300 in small cubes about its legs, which are a single one across."""
 
 LEAST_VOLUME = 0.9
 """Share of the solid's volume below which the lattice has missed some of its limbs."""
@@ -50,44 +62,106 @@ def fill(solid: Solid, tets: int) -> Filling:
     Raises:
         MeshError: nothing is inside, it is of several pieces, or its limbs are too thin by far.
     """
-    coverage = Coverage(solid)
-    first = spacing = (TETS_PER_CUBE * coverage.volume / tets) ** (1.0 / 3.0)
-    most, fullest, enough = MOST_GROWTH * tets, 0.0, None
-    best: Filling | None = None
-    for factor in (*STEPS, 1.0):
-        filled, unreached = reaching(solid, spacing, coverage, most)
-        kept = total_volume(filled) / coverage.volume
-        fullest = max(fullest, min(kept, 1.0 - unreached.share))
-        excess = len(filled.tets) / tets
-        if kept >= LEAST_VOLUME and unreached.little:
-            if len(filled.tets) > most:
-                enough = min(enough or len(filled.tets), len(filled.tets))
-            elif best is None or abs(excess - 1.0) < abs(len(best.tets) / tets - 1.0):
-                missed = unreached.farthest if unreached.distance > 0.0 else None
-                best = Filling(filled.points, filled.tets, missed)
-                most = max(len(best.tets), 2 * tets)
-        elif len(filled.tets) <= most and best is None:
+    search = _Search(Coverage(solid), tets)
+    _try_even(solid, search)
+    if search.error > MOST_EVEN - 1.0:
+        _try_graded(solid, search)
+    if search.best is None:
+        raise MeshError(f"{solid.source}: {search.too_few}")
+    return search.best
+
+
+def _try_even(solid: Solid, search: _Search) -> None:
+    """Fill with cubes of one size, smaller ones where limbs were missed."""
+    spacing, fails = search.first, np.inf
+    for _ in range(EVEN_TRIES):
+        filled, unreached = reaching(solid, spacing, search.coverage, search.most, rounds=0)
+        if search.judge(filled, unreached):
+            if search.error <= CLOSE_ENOUGH or spacing < fails < np.inf:
+                return
+            spacing = min(spacing * search.excess(filled) ** (1.0 / 3.0), fails)
+            continue
+        fails = min(fails, spacing)
+        spacing *= LESS
+        if spacing**3 < search.first**3 / MOST_EVEN:
+            return
+
+
+def _try_graded(solid: Solid, search: _Search) -> None:
+    """Fill with small cubes where limbs are thin."""
+    spacing = search.first
+    for factor in GRADED_STEPS:
+        spacing = spacing if factor is None else factor * search.first
+        most = search.most
+        filled, unreached = reaching(solid, spacing, search.coverage, most)
+        holds = search.judge(filled, unreached)
+        if search.error <= CLOSE_ENOUGH:
+            return
+        if not holds and search.best is None and len(filled.tets) <= most:
             # cubes an eighth as large miss limbs as well
-            break
-        if best is not None:
-            error = abs(len(best.tets) / tets - 1.0)
-            if error <= (CLOSE_ENOUGH if factor is None else CLOSE):
-                break
-        if factor is not None:
-            spacing = factor * first
-        elif excess > 0.0:
-            spacing *= excess ** (1.0 / 3.0)
-    if best is None:
-        raise MeshError(f"{solid.source}: {_too_few(tets, fullest, enough)}")
-    return best
+            return
+        if len(filled.tets):
+            spacing *= search.excess(filled) ** (1.0 / 3.0)
 
 
-def _too_few(tets: int, fullest: float, enough: int | None) -> str:
-    """Why so many tets do not do, which hold at best a share of the body."""
-    if enough is not None:
-        return f"its limbs are too thin for {tets} tets; ask for {enough}, which hold them"
-    share = f"only {min(fullest, 0.99):.0%}" if fullest >= 0.005 else "less than 1%"
-    return (
-        f"{tets} tets hold {share} of the body in one piece: it has parts that do not touch, or "
-        "limbs too thin for so few; ask for more tets"
-    )
+class _Search:
+    """What was found so far.
+
+    Attributes:
+        coverage: of the solid.
+        first: spacing, m, that would give as many tets as are asked for, were there no surface.
+        best: the filling that is closest to what is asked for, of those that miss no limb.
+    """
+
+    def __init__(self, coverage: Coverage, tets: int) -> None:
+        """Begin a search for so many tets."""
+        self.coverage = coverage
+        self.first: float = (TETS_PER_CUBE * coverage.volume / tets) ** (1.0 / 3.0)
+        self.best: Filling | None = None
+        self._tets = tets
+        self._fullest = 0.0
+        self._enough: int | None = None
+
+    @property
+    def most(self) -> int:
+        """Tets from which on a filling is of no use."""
+        if self.best is None:
+            return MOST_GROWTH * self._tets
+        return max(len(self.best.tets), 2 * self._tets)
+
+    @property
+    def error(self) -> float:
+        """Share by which the best filling is off the number asked for."""
+        return np.inf if self.best is None else abs(len(self.best.tets) / self._tets - 1.0)
+
+    def excess(self, filled: Filled) -> float:
+        """Tets of a filling over those asked for."""
+        return len(filled.tets) / self._tets
+
+    def judge(self, filled: Filled, unreached: Unreached) -> bool:
+        """Keep a filling if it is closer than the best so far; return whether it has all limbs."""
+        kept, count = total_volume(filled) / self.coverage.volume, len(filled.tets)
+        self._fullest = max(self._fullest, min(kept, 1.0 - unreached.share))
+        whole = kept >= LEAST_VOLUME and unreached.little
+        if whole and count > self.most:
+            self._enough = min(self._enough or count, count)
+        elif whole and abs(self.excess(filled) - 1.0) < self.error:
+            missed = unreached.farthest if unreached.distance > 0.0 else None
+            self.best = Filling(filled.points, filled.tets, missed)
+        return whole
+
+    @property
+    def too_few(self) -> str:
+        """Why so many tets do not do."""
+        if self._enough is not None:
+            return (
+                f"its limbs are too thin for {self._tets} tets; ask for {self._enough}, which "
+                "hold them"
+            )
+        share = f"only {min(self._fullest, 0.99):.0%}"
+        if self._fullest < 0.005:
+            share = "less than 1%"
+        return (
+            f"{self._tets} tets hold {share} of the body in one piece: it has parts that do not "
+            "touch, or limbs too thin for so few; ask for more tets"
+        )

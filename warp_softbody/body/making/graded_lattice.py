@@ -14,7 +14,7 @@ import numpy as np
 from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.body.making.octree import LEVELS, UNIT, Leaves, Numbers, Octree, codes
 
-SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+SQUARE = np.array([[1, 0], [1, 1], [0, 1], [0, 0]])
 """Corners of a face, in order around it."""
 
 
@@ -40,9 +40,14 @@ def graded_lattice(tree: Octree) -> Lattice:
         ]
     )
     places, numbers = np.unique(codes(tets.reshape(-1, 3)), return_inverse=True)
+    # corners before centres: the lowest of equal nodes is moved first
+    order = np.argsort(~np.isin(places, corners), kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    places = places[order]
     steps = np.stack([places >> 42, places >> 21, places], axis=1) & ((1 << 21) - 1)
-    nodes = tree.origin + (steps - (1 << 20)) * (tree.spacing / UNIT)
-    return Lattice(nodes, numbers.reshape(-1, 4))
+    nodes = (steps - (1 << 20)) / UNIT * tree.spacing + tree.origin
+    return Lattice(nodes, rank[numbers].reshape(-1, 4))
 
 
 def _corners(leaves: Leaves, level: int) -> Numbers:

@@ -26,7 +26,7 @@ CLOSE_VOLUME = 0.005
 
 
 def reaching(
-    solid: Solid, spacing: float, coverage: Coverage, most: int
+    solid: Solid, spacing: float, coverage: Coverage, most: int, rounds: int = MOST_ROUNDS
 ) -> tuple[Filled, Unreached]:
     """Fill a solid at a spacing, with smaller tets where they would miss its limbs.
 
@@ -35,17 +35,19 @@ def reaching(
         spacing: edge of the largest cubes, m.
         coverage: of the solid.
         most: tets from which on no cubes are split any more.
+        rounds: times that cubes are split where tets miss a limb; 0: all are of one size.
 
     Returns:
         The tets, and what they miss: what is too thin for the smallest cubes too.
     """
     low, high = solid.bounds
     tree = Octree.around(low, high, spacing)
-    for _ in range(MOST_ROUNDS):
+    for again in range(rounds, -1, -1):
         filled = _filled(solid, tree, coverage.volume)
         unreached = coverage.unreached(filled, tree)
         levels = tree.levels(unreached.places)
-        if unreached.little or len(filled.tets) > most or not (levels < LEVELS).any():
+        split = again and len(filled.tets) <= most and (levels < LEVELS).any()
+        if unreached.little or not split:
             break
         missed = (unreached.places[levels == level] for level in range(LEVELS))
         tree.refine(*(_around(places, spacing / 2**k) for k, places in enumerate(missed)))

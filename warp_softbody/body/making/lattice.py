@@ -30,6 +30,10 @@ ROUNDING = 1e-6
 """Share by which the coordinates of a diagonal of a cube may differ."""
 
 
+DIGITS = 6
+"""Decimals of a ratio of lengths of edges, so that equal ones are so."""
+
+
 class Filled(NamedTuple):
     """Points (n, 3) m and tets (m, 4) of positive volume that fill a surface."""
 
@@ -75,7 +79,7 @@ def _move_onto_surface(nodes: FloatArray, inside: FloatArray, tets: Numbers) -> 
         edges, lengths = edges[crossed], np.tile(lengths[crossed], 2)
         ends = np.concatenate([edges, edges[:, ::-1]])
         share = inside[ends[:, 0]] / (inside[ends[:, 0]] - inside[ends[:, 1]])
-        far = share * (lengths / shortest[ends[:, 0]])
+        far = share * np.round(lengths / shortest[ends[:, 0]], DIGITS)
         order = np.lexsort((ends[:, 1], far))
         close = far[order] < near
         ends, share = ends[order][close], share[order][close]

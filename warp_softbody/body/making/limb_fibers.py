@@ -22,6 +22,9 @@ LEAST_SEGMENTS, MOST_SEGMENTS = 2, 12
 OFF_AXIS = 0.62
 """Distance of a fibre from the axis over that of the skin, in each of two directions."""
 
+PARALLEL = 1e-3
+"""Sine of an angle below which two ways have none between them."""
+
 PULLED_IN = 0.85
 """Factor by which a vertex that lies outside comes nearer to the axis, until it lies inside."""
 
@@ -74,15 +77,16 @@ def _frames(mesh: TetMesh, limb: Limb, axis: FloatArray) -> FloatArray:
 
     The first way is the level one, so that strands of mirrored limbs mirror each other.
     """
-    tangents = np.gradient(axis, axis=0)
-    tangents = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
+    tangents = _tangents(axis)
     first = _across(tangents[0])
     points = mesh.points[limb.nodes]
     station = np.linalg.norm(points[:, None] - axis[None], axis=2).argmin(axis=1)
     frames = np.zeros((len(axis), 2, 3))
     for index, tangent in enumerate(tangents):
         first = first - (first @ tangent) * tangent
-        first /= np.linalg.norm(first)
+        length = float(np.linalg.norm(first))
+        # at a right angle to the last way the axis goes along that way
+        first = first / length if length > PARALLEL else _perpendicular(tangent)
         second = np.cross(tangent, first)
         around = points[abs(station - index) <= 1] - axis[index]
         if not len(around):
@@ -91,6 +95,22 @@ def _frames(mesh: TetMesh, limb: Limb, axis: FloatArray) -> FloatArray:
         reach = [1.8 * float(np.sqrt(np.square(around @ way).mean())) for way in (first, second)]
         frames[index] = np.stack([first, second]) * np.array(reach)[:, None]
     return frames
+
+
+def _tangents(axis: FloatArray) -> FloatArray:
+    """Unit tangents (s, 3) of an axis; where it turns back on itself, the way it came."""
+    tangents: FloatArray = np.gradient(axis, axis=0)
+    came = np.diff(axis, axis=0, prepend=axis[:1])
+    back = np.linalg.norm(tangents, axis=1) < PARALLEL * np.linalg.norm(came, axis=1)
+    tangents[back] = came[back]
+    unit: FloatArray = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
+    return unit
+
+
+def _perpendicular(tangent: FloatArray) -> FloatArray:
+    """A unit way at right angles to a tangent."""
+    way = np.cross(tangent, np.eye(3)[abs(tangent).argmin()])
+    return np.asarray(way / np.linalg.norm(way))
 
 
 def _across(tangent: FloatArray) -> FloatArray:
