@@ -22,11 +22,12 @@ from warp_softbody.linear.symbolic_ldlt import Elimination, build_elimination
 from warp_softbody.linear.system import AggregateArrays, CoarseLevel, LinearSystem
 from warp_softbody.world.scene import Scene
 
-MOST_FACTOR_BLOCKS = 12_000
-"""Blocks of a body's factor beyond which two levels cost less than it, by measurement."""
+MOST_FACTOR_BLOCKS, MOST_MUSCLED_BLOCKS = 12_000, 40_000
+"""Blocks of a body's factor beyond which two levels cost less than it, by measurement: of a body
+that is dropped, and of one with muscles, for whose plan each step is solved for many times."""
 
-LARGEST_FACTOR = 1000
-"""Nodes beyond which no factor has so few blocks."""
+LARGEST_FACTOR = 2500
+"""Nodes beyond which hardly a factor has so few blocks."""
 
 PIVOT_ROUNDINGS = 200.0
 """Roundings of a pivot that may be added to it."""
@@ -66,7 +67,9 @@ def build_levels(
     largest = max(part.nodes.stop - part.nodes.start for part in parts)
     if choice == "factor" or (choice == "auto" and largest <= LARGEST_FACTOR):
         elimination = build_elimination(topology, fixed)
-        if choice == "factor" or len(elimination.column) <= MOST_FACTOR_BLOCKS * len(parts):
+        muscled = any(character.muscles for character in scene.characters)
+        most = MOST_MUSCLED_BLOCKS if muscled else MOST_FACTOR_BLOCKS
+        if choice == "factor" or len(elimination.column) <= most * len(parts):
             return Levels(elimination=elimination, aggregation=None)
     aggregation = build_aggregation(topology, fixed, scene.whole.mesh.points)
     none = np.zeros(2 * aggregation.count, dtype=bool)
