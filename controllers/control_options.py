@@ -17,6 +17,9 @@ PLANNED_CONES: tuple[PlannedCone, ...] = get_args(PlannedCone)
 HORIZON = 0.0522
 """sqrt(L/g), of plans: 1/60 s of a body of 1 m on Earth."""
 
+MOST_HORIZON = 100.0
+"""sqrt(L/g): a plan for longer is none of a motion, and its step is too long for an engine."""
+
 
 @described
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +96,7 @@ class ControlOptions:
     horizon: float = field(
         default=HORIZON,
         metadata=option(
-            NumberKind(low=0.0),
+            NumberKind(low=0.0, high=MOST_HORIZON),
             "sqrt(L/g) of the body, time at whose end a plan asks for velocities, to the nearest "
             "whole number of time steps; with 0 it is one step",
         ),

@@ -170,7 +170,8 @@ class Flip:
         activations = np.ones(len(self._quarters))
         if elapsed <= times[-1]:
             activations = np.array(now)[self._quarters]
-        activations[list(self._resting)] = 1.0
+        # an index beyond the segments is told of where the goals are checked
+        activations[[index for index in self._resting if index < len(activations)]] = 1.0
         return Goals(
             objectives=(),
             patches=ground_patches(view, self._patches),

@@ -117,3 +117,35 @@ def test_a_value_is_shown_on_one_short_line(value: object) -> None:
 @given(st.recursive(st.one_of(numbers, st.text(), st.none()), lambda x: st.tuples(x, x)))
 def test_every_value_is_the_same_as_itself(value: object) -> None:
     assert same(value, value)
+
+
+@pytest.mark.parametrize("size", [1.0001e30, 1e150, 1e308])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_arrays_hold_numbers_that_are_taken_alone(size: float, sign: float) -> None:
+    """In single precision what is larger would be endless; sums that cancel hide none."""
+    values = np.array([[0.0, sign * size, -sign * size]])
+    for given in (values, values.tolist()):
+        with pytest.raises(InputError, match=r"below 1e\+30 in size, but it holds .* at \(0, 1\)"):
+            array_checks.array(LABEL, given, (None, 3))
+    array_checks.array(LABEL, values, (None, 3), finite=False)
+    largest = np.full((2, 3), checks.LARGEST)
+    assert array_checks.array(LABEL, largest, (None, 3)) is largest
+
+
+def test_lengths_that_may_differ_have_letters_that_differ() -> None:
+    with pytest.raises(InputError, match=r"of shape \(n, 3, m\), not one of shape \(2,\)"):
+        array_checks.array(LABEL, [1.0, 2.0], (None, 3, None))
+
+
+def test_a_number_in_place_of_its_text_is_told_apart() -> None:
+    with pytest.raises(InputError, match=r"must be one of 'smooth', '4', not 4$"):
+        checks.choice(LABEL, 4, ("smooth", "4"))
+    with pytest.raises(InputError, match=r"must be one of 4, 8, not '8'$"):
+        checks.choice(LABEL, "8", (4, 8))
+
+
+def test_the_article_is_that_of_the_class() -> None:
+    with pytest.raises(InputError, match=r"must be an int, not 'a'$"):
+        checks.instance(LABEL, "a", int)
+    with pytest.raises(InputError, match=r"must be a str, not 1$"):
+        checks.instance(LABEL, 1, str)

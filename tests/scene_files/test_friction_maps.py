@@ -39,9 +39,13 @@ def test_factors_stand_in_the_file_or_beside_it(source: str, tmp_path: Path) -> 
         ("spacing = [1, 1]", "3: ground.friction_map: the key 'factors' is missing"),
         ('file = "g.npy"', "4: ground.friction_map.file: file .*g.npy: there is no such file"),
         ('factors = [[1]]\nfile = "g.npy"', "5: ground.friction_map.file: goes without 'factors'"),
+        ('file = "n.txt"', "4: ground.friction_map.file: file .*n.txt: .*factors must not be neg"),
+        ('spacing = [0, 1]\nfile = "f.txt"', "4: ground.friction_map.spacing: .* must be positive"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(lines: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / "n.txt").write_text("1 -1\n")
+    (tmp_path / "f.txt").write_text("1 0\n")
     with pytest.raises(InputError, match=sentence):
         read(tmp_path, f'[ground]\nkind = "plane"\n[ground.friction_map]\n{lines}\n')
 

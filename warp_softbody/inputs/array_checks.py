@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import cast
 
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
-from warp_softbody.inputs.checks import refuse
+from warp_softbody.inputs.checks import LARGEST, refuse
 
 DOUBLE = np.dtype(np.float64)
 
@@ -24,7 +23,8 @@ def array(
 ) -> FloatArray:
     """Numbers as a float64 array; None in the shape stands for any length.
 
-    An array that is float64 already is not copied. A shape of None takes any.
+    An array that is float64 already is not copied. A shape of None takes any. Finite numbers are
+    those that `checks.number` takes, below 1e30 in size.
     """
     if _is_ready(value, shape, finite):
         return cast(FloatArray, value)
@@ -44,6 +44,12 @@ def array(
     if finite and not np.isfinite(numbers).all():
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(numbers))[0])
         raise InputError(f"{label} must be {wanted}, but it holds {numbers[place]} at {place}")
+    if finite and np.abs(numbers).max(initial=0.0) > LARGEST:
+        place = tuple(int(i) for i in np.argwhere(np.abs(numbers) > LARGEST)[0])
+        raise InputError(
+            f"{label} must be {wanted} and below {LARGEST:g} in size, "
+            f"but it holds {numbers[place]} at {place}"
+        )
     return numbers
 
 
@@ -53,8 +59,8 @@ def _is_ready(value: object, shape: tuple[int | None, ...] | None, finite: bool)
         return False
     if shape is not None and value.shape != shape and not _fits(value.shape, shape):
         return False
-    # a finite sum has only finite terms
-    return not finite or math.isfinite(np.add.reduce(value, axis=None))
+    # where the sum of squares is so small, every number is; where it is not, all are looked at
+    return not finite or bool(np.vdot(value, value) <= LARGEST * LARGEST)
 
 
 def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...] | None) -> bool:
@@ -69,5 +75,6 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...] | None) -> bool
 
 
 def _shape(shape: tuple[int | None, ...]) -> str:
-    parts = ", ".join("n" if part is None else str(part) for part in shape)
+    free = iter("nmklij")
+    parts = ", ".join(next(free) if part is None else str(part) for part in shape)
     return f"({parts},)" if len(shape) == 1 else f"({parts})"

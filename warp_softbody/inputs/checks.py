@@ -145,7 +145,11 @@ def choice(label: str, value: object, known: Iterable[Kind]) -> Kind:
     for option in options:
         if type(given) is type(option) and given == option:
             return option
-    refuse(label, f"one of {', '.join(str(option) for option in options)}", value)
+    written = [str(option) for option in options]
+    if shown(given) in written or (isinstance(given, str) and given in written):
+        # a number in the place of its text, or the other way round
+        written = [repr(option) for option in options]
+    refuse(label, f"one of {', '.join(written)}", value)
 
 
 def instance(label: str, value: object, kind: type[Kind]) -> Kind:
@@ -157,8 +161,13 @@ def instance(label: str, value: object, kind: type[Kind]) -> Kind:
                 f"an object of the class {kind.__name__}, made by {kind.__name__}(...)",
                 value,
             )
-        refuse(label, f"a {kind.__name__}", value)
+        refuse(label, f"{article(kind.__name__)} {kind.__name__}", value)
     return value
+
+
+def article(name: str) -> str:
+    """The indefinite article before the name of a class."""
+    return "an" if name[:1] in "AEIOaeio" else "a"
 
 
 def optional(label: str, value: Kind | None, kind: type[Kind]) -> Kind:

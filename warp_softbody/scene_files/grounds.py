@@ -47,11 +47,17 @@ def ground_of(table: Table) -> Ground:
     try:
         ground: Ground = record_of(KINDS[kind], table, also=also, **given, **{FRICTION_MAP: placed})
     except InputError as error:
-        cause = str(error.__cause__ or "")
-        if any(name in cause for name in (*given, "triangle ")) and given:
-            table.fail(f"file {table.path('file')}: {cause}", "file")
+        if given:
+            _blame_file(table, (*given, "triangle "), error)
         raise
     return ground
+
+
+def _blame_file(table: Table, names: tuple[str, ...], error: InputError) -> None:
+    """Fail at the file of a table if what a record refuses is one of the names that it holds."""
+    cause = str(error.__cause__ or "")
+    if any(name in cause for name in names):
+        table.fail(f"file {table.path('file')}: {cause}", "file")
 
 
 def _friction_map(table: Table) -> FrictionMap:
@@ -62,7 +68,11 @@ def _friction_map(table: Table) -> FrictionMap:
         table.fail("goes without 'factors', which it holds", "file")
     with table.explained("file"):
         factors = _grid(table.path("file"))
+    try:
         return record_of(FrictionMap, table, also=("file",), factors=factors)
+    except InputError as error:
+        _blame_file(table, ("factors",), error)
+        raise
 
 
 def _grid(path: Path) -> FloatArray:

@@ -61,9 +61,19 @@ class FrictionMap(FrozenValue):
         return cls(factors=column, spacing=(wide, 1.0), origin=(begin, 0.0))
 
     def at(self, points: FloatArray) -> FloatArray:
-        """Factors (k,) at the x and y of points (k, 2 or more) m."""
+        """Factors (k,) at the x and y of points (k, 2 or more) m.
+
+        Raises:
+            InputError: these are no points.
+        """
+        label = "points of FrictionMap.at"
+        given = array_checks.array(label, points, (None, None), finite=False, unit="m")
+        if given.shape[1] < 2:
+            raise InputError(f"{label} must have x and y at least, not be of shape {given.shape}")
         last = np.array(self.factors.shape) - 1
-        cell = np.floor((np.asarray(points)[:, :2] - self.origin) / self.spacing)
+        # cells so small that a point has no finite number are beyond the last one
+        with np.errstate(over="ignore"):
+            cell = np.floor((given[:, :2] - self.origin) / self.spacing)
         rows, columns = np.clip(np.nan_to_num(cell), 0, last).astype(int).T
         return np.asarray(self.factors[rows, columns])
 

@@ -62,3 +62,11 @@ def test_wrong_arguments_are_told_of() -> None:
         FlipGains(least_length=0.0)
     with pytest.raises(InputError, match="take_off of Flip must be"):
         Flip(take_off=GAINS)  # type: ignore[arg-type]
+
+
+def test_segments_that_are_none_are_told_of() -> None:
+    scene = Scene(character=letter_i(coarse=2), ground=Plane())
+    simulation = Simulation(scene, Flip(start=0.0, resting=(3, 1000)), time_step=1.0 / 60.0)
+    with pytest.raises(InputError, match=r"Goals.resting holds segment 1000, but there are 48"):
+        for _ in range(3):
+            simulation.step()
