@@ -87,9 +87,10 @@ class Controller(Protocol):
     """One method; a user's own controller needs no base class.
 
     Those of `controllers.motions` keep phases, heights and units of the body that they see
-    first: an instance is for one run. Where an attribute ``keeps_upright`` is true, a run in
-    which its body falls ends as doubtful; where ``plans_single_steps`` is, plans look one step
-    ahead; a `Sequence` looks at `finished`, `interruptible` and `begin` (docs/sequences.md).
+    first: an instance is for one run. Where an attribute ``keeps_upright`` is true, at the start
+    and at the end, a run in which its body falls ends as doubtful; where ``plans_single_steps``
+    is, plans look one step ahead; a `Sequence` looks at `finished`, `interruptible` and `begin`
+    (docs/sequences.md).
     """
 
     def goals(self, view: BodyView) -> Goals | None:

@@ -54,9 +54,6 @@ class Flip:
     plans_single_steps = True
     """Its gains were found with plans of one step of 1/240 s, and its take-off is a course."""
 
-    keeps_upright = True
-    """A run in which the body falls is said to be doubtful."""
-
     def __init__(
         self,
         gains: FlipGains | None = None,
@@ -99,6 +96,11 @@ class Flip:
     def angle(self) -> float:
         """By how much the body has turned forward, rad."""
         return self._angle
+
+    @property
+    def keeps_upright(self) -> bool:
+        """Whether a body that lies now has fallen: not while it turns."""
+        return self.phase not in (FlipPhase.FLY, FlipPhase.ARREST)
 
     @property
     def interruptible(self) -> bool:

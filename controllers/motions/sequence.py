@@ -98,8 +98,9 @@ class Sequence:
 
     @property
     def keeps_upright(self) -> bool:
-        """Whether the last motion does."""
-        return says(self._motions[-1].controller, "keeps_upright")
+        """Whether the last motion does, and the one that is on, which may turn the body over."""
+        last = says(self._motions[-1].controller, "keeps_upright")
+        return last and (self._now is None or says(self._now.controller, "keeps_upright"))
 
     @property
     def course(self) -> tuple[MotionSpan, ...]:

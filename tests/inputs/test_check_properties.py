@@ -124,9 +124,9 @@ def test_every_value_is_the_same_as_itself(value: object) -> None:
 def test_arrays_hold_numbers_that_are_taken_alone(size: float, sign: float) -> None:
     """In single precision what is larger would be endless; sums that cancel hide none."""
     values = np.array([[0.0, sign * size, -sign * size]])
-    for given in (values, values.tolist()):
-        with pytest.raises(InputError, match=r"below 1e\+30 in size, but it holds .* at \(0, 1\)"):
-            array_checks.array(LABEL, given, (None, 3))
+    for form in (values, values.tolist()):
+        with pytest.raises(InputError, match=r"below 1e\+30 in size, but it .* at \(0, 1\)"):
+            array_checks.array(LABEL, form, (None, 3))
     array_checks.array(LABEL, values, (None, 3), finite=False)
     largest = np.full((2, 3), checks.LARGEST)
     assert array_checks.array(LABEL, largest, (None, 3)) is largest

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from warp_softbody import Plane, Scene, Simulation, characters, controllers
+from warp_softbody.controllers.motions.flip import FlipPhase
 from warp_softbody.run.falls import tilt
 from warp_softbody.world.view import BodyView
 
@@ -51,6 +52,38 @@ def test_a_fall_is_a_doubt(
     summary = simulation.summary()
     assert any("fell: it stood at the start" in each for each in summary.findings.doubts) == fallen
     assert summary.status == ("doubtful" if fallen else "complete")
+
+
+def lies_in_doubt(simulation: Simulation) -> bool:
+    """Whether a letter that is laid on its side now counts as fallen."""
+    lying = Rotation.from_euler("x", 80.0, degrees=True).apply(np.array(LETTER.mesh.points))
+    simulation.state.positions.assign(lying - [0.0, 0.0, lying[:, 2].min()])
+    return any("fell" in each for each in simulation.summary().findings.doubts)
+
+
+@pytest.mark.parametrize("phase", list(FlipPhase))
+@pytest.mark.parametrize("within", [False, True])
+def test_who_turns_a_somersault_has_not_fallen(phase: FlipPhase, within: bool) -> None:
+    """But who lies before it or after it has, in a sequence too."""
+    flip = controllers.Flip(start=20.0)
+    controller = controllers.Sequence([flip, controllers.Balance()]) if within else flip
+    simulation = Simulation(SCENE, controller, time_step=1.0 / 60.0)
+    simulation.step()
+    flip.phase = phase
+    assert lies_in_doubt(simulation) == (phase not in (FlipPhase.FLY, FlipPhase.ARREST))
+
+
+def test_a_sequence_looks_at_the_motion_that_is_on() -> None:
+    """One that may turn the body over is on, though the last is to keep it upright."""
+    turns = controllers.Motion(controller=Rolling(), seconds=0.02)
+    simulation = Simulation(
+        SCENE, controllers.Sequence([turns, controllers.Balance()]), time_step=1.0 / 60.0
+    )
+    simulation.step()
+    assert not lies_in_doubt(simulation)
+    for _ in range(3):
+        simulation.step()
+    assert lies_in_doubt(simulation)
 
 
 def test_a_round_body_that_rolls_about_its_own_axis_has_not_fallen() -> None:

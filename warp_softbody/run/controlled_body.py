@@ -33,7 +33,6 @@ class ControlledBody:
     Attributes:
         segments: of all muscles, those that it decides on.
         name: of the body.
-        keeps_upright: whether its controller says that it is to keep the body upright.
     """
 
     def __init__(
@@ -48,7 +47,6 @@ class ControlledBody:
         scene = model.scene
         self._part = None if name is None else part_named(scene, name)
         self.name = scene.parts[0].name if name is None else name
-        self.keeps_upright = says(controller, "keeps_upright")
         self.segments = slice(None) if self._part is None else self._part.segments
         self._alone = None if name is None else _alone(scene, name)
         self._workroom: dict[Any, Any] | None = {} if model.options.native_code else None
@@ -66,6 +64,11 @@ class ControlledBody:
         self._controller = controller
         self._dynamics = dynamics
         self._solver = ControlSolver(controller, dynamics, options)
+
+    @property
+    def keeps_upright(self) -> bool:
+        """Whether its controller says that it is to keep the body upright now."""
+        return says(self._controller, "keeps_upright")
 
     @property
     def course(self) -> tuple[MotionSpan, ...]:

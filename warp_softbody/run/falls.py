@@ -45,7 +45,10 @@ class _Standing:
 
 
 class Falls:
-    """Compares the first and the last tilt of bodies that controllers are to keep upright."""
+    """Compares the first and the last tilt of bodies that controllers are to keep upright.
+
+    A controller that turns its body over, as in a somersault, does not say so while it does.
+    """
 
     def __init__(self, model: Model, names: Sequence[str], positions: FloatArray) -> None:
         """Watch the bodies of these names, with nodes at ``positions`` (n, 3), m, at the start."""
@@ -59,15 +62,20 @@ class Falls:
             if part.name in names
         ]
 
-    def doubts(self, positions: FloatArray) -> Iterator[str]:
-        """A sentence about each that stood and lies with nodes at ``positions`` (n, 3), m."""
+    def doubts(self, positions: FloatArray, names: Sequence[str]) -> Iterator[str]:
+        """A sentence about each that stood and lies with nodes at ``positions`` (n, 3), m.
+
+        ``names`` are of the bodies that are to be upright now.
+        """
         if not np.isfinite(positions).all():
             return
         for body in self._watched:
+            name = self._model.scene.parts[body.number].name
+            if name not in names:
+                continue
             leans = self._tilt(body.number, positions)
             moved = abs(self._height(body.number, positions) - body.height)
             if body.stood and leans > LIES and moved > SUNK * body.height:
-                name = self._model.scene.parts[body.number].name
                 yield (
                     f"body {name!r} fell: it stood at the start and ends tilted by "
                     f"{np.degrees(leans):.0f} degrees, which its controller was to prevent; take a "

@@ -165,8 +165,7 @@ class Simulation:
         self._status = "complete"
         if after is not None:
             self._go_on_after(checks.instance("after of a Simulation", after, Simulation))
-        upright = [body.name for body in self._controlled if body.keeps_upright]
-        self._falls = Falls(self.model, upright, self._state.positions.numpy())
+        self._falls = Falls(self.model, self._upright(), self._state.positions.numpy())
         self._log.setup = time.perf_counter() - begun
 
     def _go_on_after(self, other: Simulation) -> None:
@@ -305,6 +304,10 @@ class Simulation:
         for body, control in zip(self._controlled, saved.controls, strict=True):
             body.restore(control)
         self._decision, self._begun = saved.decision, None
+
+    def _upright(self) -> list[str]:
+        """Names of the bodies that their controllers are to keep upright now."""
+        return [body.name for body in self._controlled if body.keeps_upright]
 
     def _changing(self) -> Iterator[Any]:
         return arrays_of(self._state, self.control, self.contacts, self.stepper)
@@ -487,7 +490,8 @@ class Simulation:
         positions = self._state.positions.numpy().astype(np.float64)
         measured = (self.stepper.account(), self._gauge.read(), positions)
         findings = self._account.findings(*measured)
-        findings = replace(findings, doubts=(*findings.doubts, *self._falls.doubts(positions)))
+        fallen = self._falls.doubts(positions, self._upright())
+        findings = replace(findings, doubts=(*findings.doubts, *fallen))
         return self._log.summary(
             self.model,
             findings,
