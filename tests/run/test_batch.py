@@ -13,7 +13,9 @@ from warp_softbody import (
     BatchMember,
     Body,
     Character,
+    Handle,
     Material,
+    MotionPath,
     Plane,
     Push,
     Scene,
@@ -216,3 +218,36 @@ def test_a_member_needs_the_meshes_and_a_controller_of_its_own() -> None:
         Batch(BARS, 2, lambda member: replace(member, others={"second": one}))
     with pytest.raises(InputError, match="what vary of a Batch for member 0 returns"):
         Batch(BAR, 2, lambda member: None)  # type: ignore[arg-type,return-value]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_forces_of_handles_are_those_of_single_runs(threads: int) -> None:
+    """Though members work in the same arrays, and at different speeds; after a restore too."""
+    block = Character(name="block", mesh=box(), material=Material(young_modulus=1e5))
+    top = block.mesh.points[:, 2] > block.mesh.points[:, 2].max() - 1e-9
+    block = replace(block, regions={"top": top})
+
+    def pulled(speed: float) -> Scene:
+        path = MotionPath.straight((speed, 0.0, 0.0))
+        handle = Handle(region="top", path=path, until=0.1)
+        return Scene(character=block, ground=Plane(offset=-0.02), handles=(handle,))
+
+    speeds = (0.1, -0.3, 0.5)
+    batch = Batch(
+        pulled(0.0),
+        len(speeds),
+        lambda member: replace(member, scene=pulled(speeds[member.index])),
+        threads=threads,
+        time_step=1.0 / 60.0,
+    )
+    singles = [Simulation(pulled(speed), time_step=1.0 / 60.0) for speed in speeds]
+    for step in range(8):
+        batch.step()
+        for member, single in zip(batch, singles, strict=True):
+            single.step()
+            force = single.handle_force("top")
+            np.testing.assert_array_equal(member.handle_force("top"), force)
+            assert force.any() == (step < 6)
+            again = Simulation(single.model.scene, time_step=1.0 / 60.0)
+            again.restore(single.save())
+            np.testing.assert_array_equal(again.handle_force("top"), force)

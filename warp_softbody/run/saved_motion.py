@@ -35,6 +35,7 @@ class SavedMotion:
         still: steps for which all has been still.
         acting: whether forces acted in the last step.
         aside: (k, 3) m of each handle, where its nodes are from its path.
+        handle_forces: (3,) N of each handle in the last step.
         age: of what the preconditioner keeps.
         fresh: iterations of a pass that a fresh one would need.
         controls: what each controlled body remembers.
@@ -50,6 +51,7 @@ class SavedMotion:
     still: int
     acting: bool
     aside: tuple[FloatArray, ...]
+    handle_forces: tuple[FloatArray, ...]
     age: float
     fresh: float
     controls: tuple[SavedControl, ...]

@@ -19,7 +19,6 @@ from warp_softbody.device.array_copies import copied, fits, write_back
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.device.turns import shares_warp
 from warp_softbody.device.workspace import Workspace
-from warp_softbody.engine.holding import holding_impulse
 from warp_softbody.engine.model import Model, build_model
 from warp_softbody.engine.momentum_account import ShapeGauge, Shapes
 from warp_softbody.engine.options import SimulationOptions
@@ -34,6 +33,7 @@ from warp_softbody.run.continuation import copy_motion, require_same_bodies
 from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
 from warp_softbody.run.falls import Falls
 from warp_softbody.run.goal_report import GoalReport, goal_report
+from warp_softbody.run.handle_forces import HandleForces
 from warp_softbody.run.handle_motion import HandleMotion
 from warp_softbody.run.lookahead import Lookahead
 from warp_softbody.run.pushes import Pushes
@@ -150,6 +150,9 @@ class Simulation:
         self._snapshots = Snapshots(self.model)
         self._pushes = Pushes(self.model)
         self._handles = HandleMotion(self.model)
+        self._handle_forces = HandleForces(
+            self.stepper, self.contacts, self._handles, shared=workspace is not None
+        )
         self._views = HostViews()
         self._observers: list[StepObserver] = []
         share = self.model.speed_share
@@ -272,6 +275,7 @@ class Simulation:
             still=self._sleep.still,
             acting=self._pushes.acting,
             aside=self._handles.aside,
+            handle_forces=self._handle_forces.read(),
             age=contact.preconditioner.age,
             fresh=contact.fresh,
             controls=tuple(body.save() for body in self._controlled),
@@ -299,6 +303,7 @@ class Simulation:
         self._rest_lengths = saved.rest_lengths.copy()
         self._sleep.still, self._pushes.acting = saved.still, saved.acting
         self._handles.return_to(saved.aside, self.time)
+        self._handle_forces.put(saved.handle_forces)
         contact = self.stepper.contact
         contact.preconditioner.age, contact.fresh = saved.age, saved.fresh
         for body, control in zip(self._controlled, saved.controls, strict=True):
@@ -322,13 +327,9 @@ class Simulation:
         Raises:
             InputError: no handle of the scene has that region.
         """
-        scene = self.model.scene
-        regions = [handle.region for handle in scene.handles]
+        regions = [handle.region for handle in self.model.scene.handles]
         index = regions.index(checks.choice("handle", region, regions))
-        if self._steps == 0 or not self._handles.holds[index]:
-            return np.zeros(3)
-        impulse = holding_impulse(self.stepper, self.contacts, scene.handle_nodes[index])
-        return impulse / self.model.options.time_step
+        return np.array(self._handle_forces.read()[index])
 
     def observe(self, observer: StepObserver) -> None:
         """Call ``observer`` with the record of every step to come, once it is taken."""
@@ -426,6 +427,7 @@ class Simulation:
             decide=None if wanted is None else lambda: self._decide(wanted),
             clock=clock if timed else None,
         )
+        self._handle_forces.note_step()
         clock.mark("contact" if timed else WHOLE)
         self._begun = (clock, acted)
 
