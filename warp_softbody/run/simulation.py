@@ -258,8 +258,8 @@ class Simulation:
     def save(self) -> SavedMotion:
         """The motion as it is, from which `restore` goes on to the last bit.
 
-        Of a controller all its attributes are kept, as what it remembers. What has been measured so
-        far is not.
+        Of a controller all its attributes are kept, as what it remembers, and of handles the forces
+        of the last step. What has been measured so far is not.
 
         Raises:
             InputError: what a controller remembers cannot be copied.
