@@ -103,6 +103,11 @@ class Flip:
         return self.phase not in (FlipPhase.FLY, FlipPhase.ARREST)
 
     @property
+    def _tilt(self) -> float:
+        """What is missing to whole turns, rad, negative where the body leans back."""
+        return math.remainder(self._angle, 2.0 * math.pi)
+
+    @property
     def interruptible(self) -> bool:
         """Whether it stands, before its turn or after it."""
         return self.phase in (FlipPhase.STAND, FlipPhase.LAND)
@@ -153,7 +158,8 @@ class Flip:
             if not airborne and view.linear_momentum[2] < 0.0:
                 self._enter(FlipPhase.ARREST, view)
         elif self.phase is FlipPhase.ARREST:
-            if elapsed >= g.arrest_time:
+            upright = abs(self._tilt) <= g.upright or elapsed >= g.longest_arrest
+            if elapsed >= g.arrest_time and upright:
                 self._enter(FlipPhase.LAND, view)
         else:
             self._rested = elapsed >= g.rest_time
@@ -225,17 +231,18 @@ class Flip:
     def _brake(self, view: BodyView) -> Goals:
         """Momenta decay, the body comes upright and the centre of mass low over its base."""
         g = self._gains
+        stopped = view.time - self._since >= g.arrest_time
+        velocity, cost = (g.righting_velocity, g.righting) if stopped else (g.velocity, g.arrest)
         goal = region_mean(view, view.positions, self._base) + np.array([0.0, 0.0, g.height])
         linear = view.mass * g.position * (goal - view.center_of_mass)
-        linear -= g.velocity * view.linear_momentum
+        linear -= velocity * view.linear_momentum
         angular = -g.spin * view.angular_momentum
-        left = math.remainder(self._angle, 2.0 * math.pi)
-        angular[1] -= moments_of_inertia(view)[1] * g.turn * left
+        angular[1] -= moments_of_inertia(view)[1] * g.turn * self._tilt
         return Goals(
             objectives=(
                 objectives.linear_momentum(view, linear, g.momentum_weight),
                 objectives.angular_momentum(view, angular, g.spin_weight),
             ),
             patches=ground_patches(view, self._patches),
-            activation=g.arrest,
+            activation=cost,
         )

@@ -62,10 +62,16 @@ class FlipGains:
         straight_weight: of that of its bend, likewise.
         longest: sqrt(L/g), after the take-off's last levels, in which it has to be in the air; or
             the flip counts as failed and the body balances.
-        arrest_time: sqrt(L/g), after touching the ground, in which momenta are braked.
+        arrest_time: sqrt(L/g), after touching the ground, in which momenta are braked at least.
+        upright: rad, tilt from which on the body is left to the balance. A landing that fast takes
+            more or less of the spin, and the body may come off the ground once more; leaning as
+            it then does it cannot be balanced, but it can still be turned upright.
+        longest_arrest: sqrt(L/g), in which it has to come that far upright, or balances as it is.
         height: L, of the centre of mass over the base that is wanted then.
         position: g/L, of that place.
         velocity: sqrt(g/L), decay of linear momentum.
+        righting_velocity: the same from `arrest_time` on, when there is no fall left to be stopped
+            and a plan of one step that stops every motion shakes the body.
         turn: g/L, with which the body is turned upright.
         spin: sqrt(g/L), decay of angular momentum.
         momentum_weight: of the linear momentum, in units of m g dt.
@@ -73,6 +79,7 @@ class FlipGains:
         rest_time: sqrt(L/g), that it stands until it has finished.
         air: cost of effort and change in the air.
         arrest: the same while momenta are braked.
+        righting: the same from `arrest_time` on.
         landing: gains of the balance before and after it.
     """
 
@@ -85,9 +92,12 @@ class FlipGains:
     straight_weight: float = 0.3
     longest: float = field(default=1.0, metadata=dimension(time=1.0))
     arrest_time: float = field(default=0.3, metadata=dimension(time=1.0))
+    upright: float = 0.12
+    longest_arrest: float = field(default=4.7, metadata=dimension(time=1.0))
     height: float = field(default=0.35, metadata=dimension(length=1.0))
     position: float = field(default=4.6, metadata=dimension(time=-2.0))
     velocity: float = field(default=14.0, metadata=dimension(time=-1.0))
+    righting_velocity: float = field(default=2.07, metadata=dimension(time=-1.0))
     turn: float = field(default=4.6, metadata=dimension(time=-2.0))
     spin: float = field(default=4.1, metadata=dimension(time=-1.0))
     momentum_weight: float = 0.037
@@ -95,6 +105,7 @@ class FlipGains:
     rest_time: float = field(default=3.0, metadata=dimension(time=1.0))
     air: ActivationCost = field(default_factory=lambda: ActivationCost(effort=0.005, change=0.005))
     arrest: ActivationCost = field(default_factory=lambda: ActivationCost(effort=0.02, change=0.14))
+    righting: ActivationCost = field(default_factory=lambda: ActivationCost(effort=0.1, change=0.5))
     landing: BalanceGains = field(default_factory=BalanceGains)
 
     def __post_init__(self) -> None:
@@ -104,11 +115,12 @@ class FlipGains:
             positive=("landing_height", "least_length", "height"),
             not_negative=(
                 *("open", "tuck_rate", "tuck_weight", "straight_weight", "longest"),
-                *("arrest_time", "position", "velocity", "turn", "spin"),
+                *("arrest_time", "upright", "longest_arrest"),
+                *("position", "velocity", "righting_velocity", "turn", "spin"),
                 *("momentum_weight", "spin_weight", "rest_time"),
             ),
             finite=("lean",),
         )
-        for name in ("air", "arrest"):
+        for name in ("air", "arrest", "righting"):
             checks.instance(f"FlipGains.{name}", getattr(self, name), ActivationCost)
         checks.instance("FlipGains.landing", self.landing, BalanceGains)

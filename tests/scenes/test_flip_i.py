@@ -41,15 +41,20 @@ def test_in_the_air_only_gravity_acts(shipped: Shipped) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize(
     "options",
-    [("--newton-iterations", "2"), ("--elements", "linear")],
-    ids=["two iterations", "linear elements"],
+    [
+        ("--newton-iterations", "2"),
+        ("--elements", "linear"),
+        ("--tangent", "warped"),
+        ("--time-step", str(1.0 / 480.0)),
+    ],
+    ids=["two iterations", "linear elements", "warped tangent", "half the step"],
 )
 def test_it_does_so_however_it_is_computed(options: tuple[str, str], tmp_path: Path) -> None:
     assert missed(SCENE, run(SCENE, tmp_path, *options)) == []
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [0, 1, 2])
+@pytest.mark.parametrize("number", [0, 1, 2, 8, 11])
 def test_it_survives_perturbed_starts(number: int, tmp_path: Path) -> None:
     start = PerturbedStart.of(number, scenes.recipe(SCENE).seconds, PUSH)
     assert outcome(SCENE, start.plan(SCENE, {}, 0), tmp_path / "motion.usdc").failures == []

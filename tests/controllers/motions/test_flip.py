@@ -15,6 +15,8 @@ from warp_softbody.controllers.motions.muscle_quarters import muscle_quarters
 from warp_softbody.errors import InputError
 from warp_softbody.scenes.flip_i import GAINS, TAKE_OFF, flipping_letter
 
+GRAVITY = 9.81
+
 
 def test_quarters_are_behind_and_ahead_below_and_above() -> None:
     letter = letter_i(coarse=2)
@@ -53,6 +55,28 @@ def test_a_stiffer_body_leaves_the_ground_otherwise_but_lands_at_the_same_angle(
     assert touched[1] == pytest.approx(360.0 - np.degrees(GAINS.lean), abs=20.0)
 
 
+@pytest.mark.parametrize("longest", [4.7, 0.5])
+def test_it_balances_once_upright_or_after_the_longest_arrest(longest: float) -> None:
+    """The ground has taken the spin long before the letter has come up."""
+    gains = replace(GAINS, longest_arrest=longest)
+    controller = Flip(gains, take_off=TAKE_OFF)
+    scene = Scene(character=flipping_letter(2.0), ground=Plane(friction=0.8))
+    simulation = Simulation(scene, controller, time_step=1.0 / 240.0, fps=60.0)
+    while controller.phase is not FlipPhase.ARREST and simulation.time < 2.2:
+        simulation.step()
+    touched = simulation.time
+    while controller.phase is FlipPhase.ARREST and simulation.time < 4.0:
+        simulation.step()
+    assert controller.phase is FlipPhase.LAND
+    left = 2.0 * np.pi - controller.angle
+    if longest > 1.0:
+        assert abs(left) <= GAINS.upright
+        assert simulation.time - touched > 2.0 * GAINS.arrest_time / np.sqrt(GRAVITY)
+    else:
+        assert left > 3.0 * GAINS.upright
+        assert simulation.time - touched == pytest.approx(longest / np.sqrt(GRAVITY), abs=0.01)
+
+
 def test_wrong_arguments_are_told_of() -> None:
     with pytest.raises(InputError, match=r"TakeOff.levels must be"):
         TakeOff(levels=((0.4, 0.5, 0.5, 0.5),))
@@ -60,6 +84,8 @@ def test_wrong_arguments_are_told_of() -> None:
         TakeOff(crouch=0.0)
     with pytest.raises(InputError, match=r"FlipGains.least_length must be"):
         FlipGains(least_length=0.0)
+    with pytest.raises(InputError, match=r"FlipGains.longest_arrest must be"):
+        FlipGains(longest_arrest=-1.0)
     with pytest.raises(InputError, match="take_off of Flip must be"):
         Flip(take_off=GAINS)  # type: ignore[arg-type]
 
