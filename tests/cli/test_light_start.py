@@ -33,7 +33,7 @@ def loaded(*arguments: str) -> set[str]:
     return set(json.loads(run.stdout.strip().splitlines()[-1]))
 
 
-OWN = ("coarse_meshes", "crawl_i", "plan", "pushes")
+OWN = ("coarse_meshes", "crawl_i", "plan", "pushes", "uneven_ground")
 """Files of the scenes that one of them needs."""
 
 
