@@ -88,9 +88,9 @@ class Controller(Protocol):
 
     Those of `controllers.motions` keep phases, heights and units of the body that they see
     first: an instance is for one run. Where an attribute ``keeps_upright`` is true, at the start
-    and at the end, a run in which its body falls ends as doubtful; where ``plans_single_steps``
-    is, plans look one step ahead; a `Sequence` looks at `finished`, `interruptible` and `begin`
-    (docs/sequences.md).
+    and at the end, a run in which its body falls ends as doubtful; where ``plans_single_steps`` is,
+    of it or of one among its `controllers`, plans look one step ahead; a `Sequence` looks at
+    `finished`, `interruptible` and `begin` (docs/sequences.md).
     """
 
     def goals(self, view: BodyView) -> Goals | None:

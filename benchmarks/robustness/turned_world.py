@@ -105,13 +105,18 @@ def _turned(vector: Vector, turn: FloatArray) -> Vector:
 
 
 class TurnedController:
-    """A controller that is asked in its own axes, in a world that is turned against them."""
+    """A controller that is asked in its own axes, in a world that is turned against them.
+
+    Attributes:
+        controllers: the one that is asked, for those who look at what controllers say.
+    """
 
     def __init__(self, controller: Controller, scene: Scene, turn: FloatArray) -> None:
         """Show ``controller`` the ``scene`` before it was turned by the matrix ``turn`` (3, 3)."""
         self._controller = controller
         self._scene = scene
         self._turn = turn
+        self.controllers = (controller,)
 
     def goals(self, view: BodyView) -> Goals | None:
         """What the controller wants, in the axes of the turned world."""

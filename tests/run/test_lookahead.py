@@ -21,6 +21,7 @@ from warp_softbody.controllers import ActivationCost, Goals, objectives
 from warp_softbody.controllers.control_solver import Decision
 from warp_softbody.controllers.inner_controllers import says
 from warp_softbody.controllers.motions.body_measures import mean_weights
+from warp_softbody.controllers.motions.sequence import Sequence
 from warp_softbody.run.lookahead import steps_ahead
 from warp_softbody.run.step_record import StepRecord
 from warp_softbody.world.similar_scene import Similarity, similar_scene
@@ -101,9 +102,14 @@ def test_a_short_step_goes_a_part_of_the_way_of_the_same_plan(share: int) -> Non
     assert np.abs(gone).max() > 1e-3
 
 
-def test_a_motion_may_ask_for_plans_of_single_steps() -> None:
+@pytest.mark.parametrize("within", [False, True])
+def test_a_motion_may_ask_for_plans_of_single_steps(within: bool) -> None:
     plan = scenes.make("flip-i")
-    simulation = Simulation(plan.scene, plan.controller, time_step=plan.time_step, fps=60.0)
+    controller = plan.controller
+    assert controller is not None
+    if within:
+        controller = Sequence([controller])
+    simulation = Simulation(plan.scene, controller, time_step=plan.time_step, fps=60.0)
     found: list[StepRecord] = []
     simulation.observe(found.append)
     simulation.step()

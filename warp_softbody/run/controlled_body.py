@@ -11,7 +11,7 @@ import numpy as np
 from warp_softbody.controllers.control_options import ControlOptions
 from warp_softbody.controllers.control_solver import ControlSolver, Decision
 from warp_softbody.controllers.controller import Controller, Goals
-from warp_softbody.controllers.inner_controllers import says, two_with_one
+from warp_softbody.controllers.inner_controllers import says, two_with_one, with_inner
 from warp_softbody.controllers.motions.motion_span import MotionSpan, course_of
 from warp_softbody.engine.part_rows import part_named
 from warp_softbody.engine.reduced_dynamics import ReducedDynamics
@@ -51,7 +51,8 @@ class ControlledBody:
         self._alone = None if name is None else _alone(scene, name)
         self._workroom: dict[Any, Any] | None = {} if model.options.native_code else None
         own = scene if self._alone is None else self._alone
-        horizon = 0.0 if says(controller, "plans_single_steps") else options.horizon
+        single = any(says(own, "plans_single_steps") for own in with_inner(controller))
+        horizon = 0.0 if single else options.horizon
         self._ahead = steps_ahead(horizon, own, model.options.time_step)
         dynamics = ReducedDynamics(
             lookahead.stepper(self._ahead),
