@@ -26,10 +26,9 @@ from pathlib import Path
 import numpy as np
 
 from warp_softbody import scenes
-from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.body_units import BodyUnits
-from warp_softbody.controllers.control_solver import Decision
 from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.run.plan_outcome import PlanOutcome, plan_outcome
 from warp_softbody.run.plot_tables import PlotTable
 from warp_softbody.run.plots import check_plots, write_plots
 from warp_softbody.run.simulation import Simulation
@@ -42,8 +41,6 @@ LANDING = 0.5
 """sqrt(L/g) after a flight."""
 STANDING = 0.02
 """sqrt(g L), of the centre of mass."""
-SMALL = 1e-3
-"""Costs below this count as it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,25 +48,12 @@ class PlanMiss:
     """What one step has in place of its plan.
 
     Attributes:
-        time: s.
         phase: "air", "landing", "standing" or the scene's own.
-        momentum: |impulse of the ground, planned less realised| over m g dt.
-        feet: largest |velocity of a patch, planned less realised| over sqrt(g L).
-        planned, reached: the cost, of the goals and of the activations.
+        outcome: beside the plan.
     """
 
-    time: float
     phase: str
-    momentum: float
-    feet: float
-    planned: float
-    reached: float
-
-    @property
-    def cost(self) -> float:
-        """|planned less reached| over the larger one."""
-        larger = max(abs(self.planned), abs(self.reached), SMALL)
-        return abs(self.planned - self.reached) / larger
+    outcome: PlanOutcome
 
 
 def misses(name: str, seconds: float | None = None) -> list[PlanMiss]:
@@ -98,56 +82,12 @@ def misses(name: str, seconds: float | None = None) -> list[PlanMiss]:
             phase = "standing"
         velocities = np.asarray(step.state.velocities.numpy(), dtype=float)
         pushes = np.asarray(step.control.external_forces.numpy(), dtype=float)
-        found.append(miss(decision, velocities, pushes, phase))
+        found.append(PlanMiss(phase=phase, outcome=plan_outcome(decision, velocities, pushes)))
 
     simulation.observe(keep)
     for _ in simulation.run(seconds or plan.seconds):
         pass
     return found
-
-
-def miss(decision: Decision, velocities: FloatArray, pushes: FloatArray, phase: str) -> PlanMiss:
-    """Of a decision, the velocities (n, 3) m/s that it led to and outer forces (n, 3) N."""
-    view, goals, result = decision.view, decision.goals, decision.result
-    units, step = BodyUnits.of(view), view.time_step
-    impulses = np.asarray(result.forces).reshape(-1, 3)
-    count = sum(len(objective.rows) for objective in goals.objectives)
-    planned_rows = planned_values(decision)
-    planned = reached = 0.0
-    begin = 0
-    for objective in goals.objectives:
-        end = begin + len(objective.rows)
-        realised = objective.rows @ velocities.ravel()
-        planned += float(objective.weight @ (planned_rows[begin:end] - objective.target) ** 2)
-        reached += float(objective.weight @ (realised - objective.target) ** 2)
-        begin = end
-    ground, feet = np.zeros(3), 0.0
-    for number, patch in enumerate(goals.patches if len(impulses) else ()):
-        ground += impulses[number] @ patch.frame
-        rows = planned_rows[count + 3 * number : count + 3 * number + 3]
-        off = rows - patch.frame @ (patch.weights @ velocities)
-        feet = max(feet, float(np.linalg.norm(off)))
-    gained = view.masses @ (velocities - view.velocities) - step * pushes.sum(axis=0)
-    gained -= step * view.mass * np.asarray(view.scene.gravity)
-    activations = result.objective - planned
-    return PlanMiss(
-        time=view.time,
-        phase=phase,
-        momentum=float(np.linalg.norm(gained - ground)) / (view.weight * step),
-        feet=feet / units.speed,
-        planned=result.objective,
-        reached=reached + activations,
-    )
-
-
-def planned_values(decision: Decision) -> FloatArray:
-    """(q + 3K,) what a plan expects of the rows of all goals, and of its patches' velocities."""
-    maps, impulses = decision.maps, np.asarray(decision.result.forces).ravel()
-    chosen = decision.lengths_ahead - maps.lengths
-    values = maps.free_velocity + maps.muscle_map @ chosen
-    if len(impulses):
-        values = values + maps.compliance[:, len(values) - len(impulses) :] @ impulses
-    return np.asarray(values)
 
 
 def by_phase(found: Sequence[PlanMiss]) -> dict[str, list[PlanMiss]]:
@@ -169,9 +109,9 @@ def table(found: Mapping[str, Sequence[PlanMiss]]) -> str:
             cells = [
                 f"{100 * np.median(values):.1f}, {100 * np.quantile(values, 0.9):.1f} %"
                 for values in (
-                    [one.momentum for one in own],
-                    [one.feet for one in own],
-                    [one.cost for one in own],
+                    [one.outcome.momentum_miss for one in own],
+                    [one.outcome.feet_miss for one in own],
+                    [one.outcome.cost_miss for one in own],
                 )
             ]
             lines.append(f"| `{scene}` | {phase} | {len(own)} | {' | '.join(cells)} |")
@@ -180,10 +120,14 @@ def table(found: Mapping[str, Sequence[PlanMiss]]) -> str:
 
 def plots(name: str, found: Sequence[PlanMiss]) -> tuple[PlotTable, PlotTable]:
     """Costs of plans and steps over time, and what the steps miss of the plans."""
-    time = np.array([one.time for one in found])
-    costs = {key: np.array([getattr(one, key) for one in found]) for key in ("planned", "reached")}
+    steps = [one.outcome for one in found]
+    time = np.array([step.time for step in steps])
+    costs = {
+        key: np.array([getattr(step, key) for step in steps]) for key in ("planned", "reached")
+    }
     off = {
-        key: np.array([getattr(one, key) for one in found]) for key in ("momentum", "feet", "cost")
+        key: np.array([getattr(step, f"{key}_miss") for step in steps])
+        for key in ("momentum", "feet", "cost")
     }
     return (
         PlotTable(

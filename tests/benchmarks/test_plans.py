@@ -8,6 +8,7 @@ import pytest
 from benchmarks import plans
 from warp_softbody import scenes
 from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.run.plan_outcome import PlanOutcome, planned_values
 from warp_softbody.run.recorded_step import _activation_cost
 from warp_softbody.run.simulation import Simulation
 from warp_softbody.run.step_record import StepRecord
@@ -22,7 +23,7 @@ def test_what_a_plan_expects_adds_up_to_its_objective() -> None:
     def keep(step: StepRecord) -> None:
         decision = step.decision
         assert decision is not None
-        values, begin, cost = plans.planned_values(decision), 0, 0.0
+        values, begin, cost = planned_values(decision), 0, 0.0
         for goal in decision.goals.objectives:
             end = begin + len(goal.rows)
             cost += float(goal.weight @ (values[begin:end] - goal.target) ** 2)
@@ -47,17 +48,29 @@ def test_what_a_plan_expects_adds_up_to_its_objective() -> None:
 def test_a_standing_body_does_what_was_planned(capsys: pytest.CaptureFixture[str]) -> None:
     found = plans.misses("balance-i", 0.25)
     standing = plans.by_phase(found)["standing"]
-    assert np.median([one.momentum for one in standing]) < 0.02
-    assert np.median([one.feet for one in standing]) < 0.005
-    assert all(np.isfinite([one.planned, one.reached, one.cost]).all() for one in found)
+    assert np.median([one.outcome.momentum_miss for one in standing]) < 0.02
+    assert np.median([one.outcome.feet_miss for one in standing]) < 0.005
+    costs = [(one.outcome.planned, one.outcome.reached, one.outcome.cost_miss) for one in found]
+    assert np.isfinite(costs).all()
     plans.main(["--scenes", "balance-i", "--seconds", "0.1"])
     assert "| `balance-i` | standing |" in capsys.readouterr().out
 
 
 def test_plots_have_the_cost_of_plans_and_steps() -> None:
-    one = plans.PlanMiss(
-        time=0.5, phase="standing", momentum=0.1, feet=0.0, planned=0.02, reached=0.03
+    none = np.zeros(3)
+    outcome = PlanOutcome(
+        time=0.5,
+        momentum_planned=none,
+        momentum=none,
+        spin_planned=none,
+        spin=none,
+        share_planned=0.0,
+        share=0.0,
+        momentum_miss=0.1,
+        feet_miss=0.0,
+        planned=0.02,
+        reached=0.03,
     )
-    assert one.cost == pytest.approx(1.0 / 3.0)
-    costs, off = plans.plots("balance-i", [one])
+    assert outcome.cost_miss == pytest.approx(1.0 / 3.0)
+    costs, off = plans.plots("balance-i", [plans.PlanMiss(phase="standing", outcome=outcome)])
     assert set(costs.columns) == {"planned", "reached"} and set(off.columns) >= {"momentum"}

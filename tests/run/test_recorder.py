@@ -166,7 +166,7 @@ def test_plots_come_with_their_numbers(tmp_path: Path) -> None:
     names = {path.stem for path in files}
     assert names == {
         *("centre_of_mass", "momentum", "angular_momentum", "contact_force", "contact_modes"),
-        *("activations", "energy", "objective", "milliseconds", "solver"),
+        *("activations", "energy", "objective", "milliseconds", "solver", "plan"),
     }
     assert {path.suffix for path in files} == {".csv", ".png"}
     heading, *rows = (tmp_path / "plots" / "contact_force.csv").read_text().splitlines()
@@ -174,7 +174,10 @@ def test_plots_come_with_their_numbers(tmp_path: Path) -> None:
     numbers = np.array([[float(cell) for cell in row.split(",")] for row in rows])
     np.testing.assert_allclose(numbers[:, 1:], recorder["contact_force"][:, 0], rtol=1e-8)
     pictures = [np.asarray(Image.open(path)) for path in files if path.suffix == ".png"]
-    assert all(picture.shape == pictures[0].shape for picture in pictures)
+    # the plan's picture has five plots one below the other
+    *alike, plan = pictures
+    assert all(picture.shape == alike[0].shape for picture in alike)
+    assert plan.shape[0] > 2 * alike[0].shape[0] and plan.shape[1:] == alike[0].shape[1:]
     assert all(np.ptp(picture[..., :3]) > 100 for picture in pictures)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +37,7 @@ class PlotTable:
         time: (k,) s.
         columns: (k,) each, by what they are called.
         logarithmic: whether the plot's axis is.
+        paired: whether columns come in pairs, drawn in one colour, the second one dashed.
         picture: whether the rows are drawn one below the other, by colour, instead of as lines.
     """
 
@@ -46,7 +47,24 @@ class PlotTable:
     time: FloatArray
     columns: Mapping[str, FloatArray]
     logarithmic: bool = False
+    paired: bool = False
     picture: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlotSheet:
+    """Tables over the same times, drawn one below the other in one picture.
+
+    Attributes:
+        name: of the files.
+        tables: of lines; the columns of all have different names.
+    """
+
+    name: str
+    tables: tuple[PlotTable, ...]
+
+
+Plot: TypeAlias = PlotTable | PlotSheet
 
 
 def plot_tables(arrays: Mapping[str, Array], bodies: Sequence[str]) -> tuple[PlotTable, ...]:

@@ -14,7 +14,7 @@ from warp_softbody.atomic_files import replace_text, replacing, require_makeable
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.inputs import input_kinds
 from warp_softbody.inputs.extras import require_package
-from warp_softbody.run.plot_tables import PlotTable
+from warp_softbody.run.plot_tables import Plot, PlotSheet, PlotTable
 
 MOST_LINES = 12
 """Named in a legend; more are too many to tell apart."""
@@ -41,7 +41,7 @@ def check_plots(folder: str | Path) -> Path:
     return target
 
 
-def write_plots(tables: Sequence[PlotTable], folder: Path) -> tuple[Path, ...]:
+def write_plots(tables: Sequence[Plot], folder: Path) -> tuple[Path, ...]:
     """Write both files of each table.
 
     Raises:
@@ -61,10 +61,13 @@ def write_plots(tables: Sequence[PlotTable], folder: Path) -> tuple[Path, ...]:
     return tuple(written)
 
 
-def as_csv(table: PlotTable) -> str:
+def as_csv(plot: Plot) -> str:
     """One row a step; the heading tells the unit, and nothing stands where there is no number."""
-    heading = ["time [s]", *(f"{name} [{table.unit}]" for name in table.columns)]
-    rows = np.column_stack([table.time, *table.columns.values()])
+    heading, columns = ["time [s]"], []
+    for table in _tables(plot):
+        heading += [f"{name} [{table.unit}]" for name in table.columns]
+        columns += list(table.columns.values())
+    rows = np.column_stack([_tables(plot)[0].time, *columns])
     lines = [
         ",".join("" if np.isnan(value) else f"{value:.9g}" for value in row)
         for row in rows.tolist()
@@ -72,16 +75,23 @@ def as_csv(table: PlotTable) -> str:
     return "\n".join([",".join(heading), *lines, ""])
 
 
-def _drawn(table: PlotTable) -> bytes:
+def _tables(plot: Plot) -> tuple[PlotTable, ...]:
+    return plot.tables if isinstance(plot, PlotSheet) else (plot,)
+
+
+def _drawn(plot: Plot) -> bytes:
+    tables = _tables(plot)
+    height = 5.0 if len(tables) == 1 else 2.6 * len(tables)
     # the class itself, not pyplot, draws without a display and leaves no state behind
-    figure = import_module("matplotlib.figure").Figure(figsize=(9.6, 5.0), layout="constrained")
-    axes = figure.subplots()
-    axes.set_title(table.title)
-    axes.set_xlabel("time, s")
-    if table.picture:
-        _draw_rows(figure, axes, table)
-    else:
-        _draw_lines(axes, table)
+    figure = import_module("matplotlib.figure").Figure(figsize=(9.6, height), layout="constrained")
+    rows = figure.subplots(len(tables), sharex=True, squeeze=False)[:, 0]
+    for axes, table in zip(rows, tables, strict=True):
+        axes.set_title(table.title)
+        if table.picture:
+            _draw_rows(figure, axes, table)
+        else:
+            _draw_lines(axes, table)
+    rows[-1].set_xlabel("time, s")
     stream = io.BytesIO()
     # without the name and version of the program that drew it
     figure.savefig(stream, format="png", dpi=110, metadata={"Software": None})
@@ -94,12 +104,16 @@ def _draw_lines(axes: Any, table: PlotTable) -> None:
     for number, (name, values) in enumerate(table.columns.items()):
         shown = np.where(values > 0.0, values, np.nan) if table.logarithmic else values
         dashes = ("-", "--", ":", "-.")[number // len(colors) % 4]
+        color = colors[number % len(colors)]
+        if table.paired:
+            # dashed above, so that the one below is seen where both agree
+            dashes, color = ("-", "--")[number % 2], colors[number // 2 % len(colors)]
         marker = "." if len(values) == 1 else ""
         axes.plot(
             table.time,
             shown,
             dashes,
-            color=colors[number % len(colors)],
+            color=color,
             marker=marker,
             linewidth=1.3,
             label=name,

@@ -13,6 +13,7 @@ from warp_softbody.controllers.controller import Goals
 from warp_softbody.engine.energies import EnergyMeter
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.snapshots import Snapshots
+from warp_softbody.run.plan_outcome import plan_outcome
 from warp_softbody.run.step_record import StepRecord
 from warp_softbody.world.frame import ContactSample, Frame
 
@@ -43,6 +44,7 @@ class StepMeter:
             "activations": frame.activations,
             **{f"energy/{name}": value for name, value in energies._asdict().items()},
             **_objectives(step.decision, frame),
+            **_plan(step, frame),
             **_costs(step),
         }, frame.contacts
 
@@ -95,6 +97,25 @@ def _objectives(decision: Decision | None, frame: Frame) -> Numbers:
     reached = sum(float(value) for name, value in left.items() if name != "objective/planned")
     reached += sum(float(value) for value in spent.values())
     return {**left, **spent, "objective/reached": np.float64(reached)}
+
+
+def _plan(step: StepRecord, frame: Frame) -> Numbers:
+    """What the plan expected of the character, and by how much the step misses it."""
+    decision = step.decision
+    if decision is None or not decision.converged:
+        return {}
+    nodes = decision.view.node_count
+    pushes = np.array(step.control.external_forces.numpy(), dtype=np.float64)
+    found = plan_outcome(decision, frame.velocities[:nodes], pushes[:nodes])
+    return {
+        "plan/momentum": found.momentum_planned,
+        "plan/angular_momentum": found.spin_planned,
+        "plan/contact_share": np.float64(found.share_planned),
+        "plan/contact_share_reached": np.float64(found.share),
+        "plan/momentum_miss": np.float64(found.momentum_miss),
+        "plan/feet_miss": np.float64(found.feet_miss),
+        "plan/cost_miss": np.float64(found.cost_miss),
+    }
 
 
 def _activation_cost(goals: Goals, decision: Decision, chosen: FloatArray) -> Numbers:

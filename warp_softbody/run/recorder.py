@@ -11,7 +11,8 @@ import numpy.typing as npt
 from warp_softbody.atomic_files import replacing
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.inputs import checks, input_kinds
-from warp_softbody.run.plot_tables import plot_tables
+from warp_softbody.run.plan_plots import plan_sheets
+from warp_softbody.run.plot_tables import Plot, plot_tables
 from warp_softbody.run.plots import check_plots, write_plots
 from warp_softbody.run.recorded_step import StepMeter
 from warp_softbody.run.simulation import Simulation
@@ -45,6 +46,11 @@ class Recorder:
     - ``objective/planned`` (k,), what a plan expected to be left of its goals and to spend on
       activations; ``objective/reached``, what the step came to; ``objective/NAME``, its parts;
       NaN in steps without them.
+    - ``plan/momentum`` (k, 3) N s and ``plan/angular_momentum`` N m s that a plan expected of the
+      character; ``plan/contact_share`` (k,) of its weight that contact was to bear in the step, and
+      ``plan/contact_share_reached``; ``plan/momentum_miss`` of m g dt, ``plan/feet_miss`` of
+      sqrt(g L) and ``plan/cost_miss`` of the larger cost, as in `PlanOutcome`; NaN in steps without
+      a plan.
     - ``qps``, ``cg_iterations``, ``contact_passes`` (k,).
     - ``milliseconds/PART`` (k,) for each part of a step, measured by the clock.
     - ``contacts/step`` (c,), the number of the step here, ``contacts/node``, ``body``, ``partner``
@@ -128,7 +134,9 @@ class Recorder:
             OutputError: a file cannot be written.
         """
         target = check_plots(folder)
-        return write_plots(plot_tables(self._recorded(), self.body_names), target)
+        arrays = self._recorded()
+        plots: list[Plot] = [*plot_tables(arrays, self.body_names), *plan_sheets(arrays)]
+        return write_plots(plots, target)
 
     def _recorded(self) -> dict[str, Array]:
         if not self._steps:

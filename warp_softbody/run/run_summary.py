@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from warp_softbody.controllers.motions.motion_span import MotionSpan
+from warp_softbody.run.plan_log import PlanMisses
 from warp_softbody.run.run_account import Findings
 
 PARTS = ("assembly", "solve", "contact", "control", "export")
@@ -85,6 +86,8 @@ class RunSummary:
             where a controller did; or "not finite".
         stage: path of the stage, or None.
         motions: of a `Sequence` of the first controlled body, those that have begun.
+        plans: how far steps end from those of the first controlled body; None where no step was
+            compared.
     """
 
     scene: str
@@ -117,6 +120,7 @@ class RunSummary:
     status: str
     stage: str | None = None
     motions: tuple[MotionSpan, ...] = ()
+    plans: PlanMisses | None = None
 
     @property
     def real_time_factor(self) -> float:
@@ -161,6 +165,7 @@ class RunSummary:
                 f"most {self.signorini:.2g} N, off Coulomb's by {self.coulomb:.2g} N",
             ),
             ("quality", self._quality()),
+            *([("plans", str(self.plans))] if self.plans is not None else []),
             *([("motions", ", ".join(map(str, self.motions)))] if self.motions else []),
             *(halved if self.newton_halvings else []),
             *(rest if self.slept_steps else []),

@@ -36,6 +36,7 @@ from warp_softbody.run.goal_report import GoalReport, goal_report
 from warp_softbody.run.handle_forces import HandleForces
 from warp_softbody.run.handle_motion import HandleMotion
 from warp_softbody.run.lookahead import Lookahead
+from warp_softbody.run.plan_log import PlanLog
 from warp_softbody.run.pushes import Pushes
 from warp_softbody.run.run_account import RunAccount
 from warp_softbody.run.run_settings import RunSettings
@@ -163,6 +164,7 @@ class Simulation:
         self._begun: tuple[StepClock, bool] | None = None
         self._frames = 0
         self._log = StepLog()
+        self._plans = PlanLog()
         self._account = RunAccount(self.model)
         self._gauge = ShapeGauge(self.model)
         self._status = "complete"
@@ -444,6 +446,8 @@ class Simulation:
         self._steps += 1
         self._sleep.note(statistics.fastest, acted=acted)
         self._log.note(statistics, self._decision, clock, first=self._steps == 1)
+        if self._decision is not None:
+            self._plans.note(self._decision, self._state, self.control)
         if self._observers:
             self._show(statistics, begun, clock)
 
@@ -492,8 +496,9 @@ class Simulation:
         positions = self._state.positions.numpy().astype(np.float64)
         measured = (self.stepper.account(), self._gauge.read(), positions)
         findings = self._account.findings(*measured)
-        fallen = self._falls.doubts(positions, self._upright())
-        findings = replace(findings, doubts=(*findings.doubts, *fallen))
+        fallen, plans = self._falls.doubts(positions, self._upright()), self._plans.misses()
+        unplanned = () if plans is None else plans.doubts()
+        findings = replace(findings, doubts=(*findings.doubts, *fallen, *unplanned))
         return self._log.summary(
             self.model,
             findings,
@@ -503,6 +508,7 @@ class Simulation:
             slept_steps=self._sleep.slept,
             controlled=bool(self._controlled),
             motions=self._controlled[0].course if self._controlled else (),
+            plans=plans,
             status=self._status,
             stage=stage,
         )

@@ -8,6 +8,7 @@ from warp_softbody.controllers.control_solver import Decision
 from warp_softbody.controllers.motions.motion_span import MotionSpan
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.step_statistics import StepClock, StepStatistics
+from warp_softbody.run.plan_log import PlanMisses
 from warp_softbody.run.run_account import Findings
 from warp_softbody.run.run_summary import PARTS, MeanSpread, RunSummary, Spread
 
@@ -103,6 +104,7 @@ class StepLog:
         slept_steps: int,
         controlled: bool,
         motions: tuple[MotionSpan, ...],
+        plans: PlanMisses | None,
         status: str,
         stage: str | None,
     ) -> RunSummary:
@@ -136,6 +138,7 @@ class StepLog:
             precision=model.options.precision,
             findings=findings,
             motions=motions,
+            plans=plans,
             status="doubtful" if status == "complete" and findings.doubts else status,
             stage=stage,
         )
