@@ -24,7 +24,8 @@ ADD = """
         // the corners in the order of ``stiffen_tets``
         const int place = 6 * t + a + b - (a == 0 || b == 0);
         const SCALAR* own = (const SCALAR*)blocks.data + 9 * (size_t)place;
-        total += *(const eight*)own;
+        const eight block = *(const eight*)own;
+        total += a < b ? block : __builtin_shufflevector(block, block, 0, 3, 6, 1, 4, 7, 2, 5);
         end += own[8];
     }
     const int* slots = (const int*)edge_slots.data + 2 * edge;
@@ -32,6 +33,7 @@ ADD = """
         SCALAR* to = (SCALAR*)values.data + 9 * (size_t)slots[side];
         *(eight*)to += total;
         to[8] += end;
+        total = __builtin_shufflevector(total, total, 0, 3, 6, 1, 4, 7, 2, 5);
     }
 """
 

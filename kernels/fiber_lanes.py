@@ -1,9 +1,7 @@
 """Stretches and stiffness of implicit muscles in native code, for processors.
 
 It does what ``stretch_fibers`` and ``stiffen_tets`` of ``implicit_muscles`` do, to rounding. Fibres
-of a tet are stretched eight at a time. For the stiffness the six pairs of a tet's corners lie side
-by side: what a fibre's direction gives to their blocks is the same but for a factor that never
-changes, so that a pair of a tet and a segment costs six products of vectors.
+of a tet are stretched eight at a time; for the stiffness see `fiber_blocks`.
 """
 
 from functools import cache
@@ -12,16 +10,15 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.kernels.fiber_blocks import TURNING, make_fiber_blocks
 from warp_softbody.kernels.implicit_muscles import SHORT, SUBJECT
 from warp_softbody.kernels.precision import real
-
-CORNER_PAIRS = 8
-"""Numbers a pair has in ``shares``: six, and two that fill a register."""
 
 # A tet's last eight pairs may meet some of the eight before again, and find the same. Few pairs are
 # found one by one.
 STRETCH = """
 #pragma clang fp contract(fast)
+TURNING
     const SCALAR short_one = SHORT;
     const auto deformation = [&](const SCALAR* values, SCALAR* to) {
         const int* corner = (const int*)tets.data + 4 * t;
@@ -37,6 +34,18 @@ STRETCH = """
     deformation((const SCALAR*)positions.data, F);
     deformation((const SCALAR*)velocities.data, G);
     for (int i = 0; i < 9; ++i) ((SCALAR*)deformations.data)[9 * t + i] = F[i];
+    if (again) {
+        SCALAR own[9], moved[3] = {};
+        turning(F, own);
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 3; ++i) {
+                const int j = (i + 1) % 3, l = (i + 2) % 3;
+                moved[i] += F[3 * j + k] * G[3 * l + k] - F[3 * l + k] * G[3 * j + k];
+            }
+        for (int i = 0; i < 3; ++i)
+            ((SCALAR*)turns.data)[3 * t + i] = own[3 * i] * moved[0] + own[3 * i + 1] * moved[1]
+                + own[3 * i + 2] * moved[2];
+    }
     const int begin = pair_start.data[t], end = pair_start.data[t + 1];
     const size_t count = ways.shape[1];
     SCALAR *n = (SCALAR*)directions.data, *rate = (SCALAR*)rates.data;
@@ -88,39 +97,7 @@ STRETCH = """
         }
         speeds.data[k] = speed;
     }
-""".replace("SHORT", repr(SHORT))
-
-# Corners (0, 1), (0, 2), (0, 3), (1, 2), (1, 3) and (2, 3), as in ``stiffen_tets``.
-STIFFEN = """
-#pragma clang fp contract(fast)
-    typedef SCALAR pairs __attribute__((vector_size(8 * sizeof(SCALAR)),
-                                        aligned(sizeof(SCALAR))));
-    pairs xx = {}, yy = {}, zz = {}, xy = {}, xz = {}, yz = {};
-    const int last = pair_start.data[t + 1];
-    for (int k = pair_start.data[t]; k < last; ++k) {
-        const int j = pair_segment.data[k];
-        const SCALAR modulus = moduli.data[j];
-        if (!(modulus > (SCALAR)0.0)) continue;
-        const SCALAR* n = (const SCALAR*)directions.data + 3 * k;
-        const SCALAR across = tensions.data[j] * reciprocals.data[k], along = modulus - across;
-        const pairs share = *(const pairs*)(shares.data + 8 * k);
-        xx += share * (along * n[0] * n[0] + across);
-        yy += share * (along * n[1] * n[1] + across);
-        zz += share * (along * n[2] * n[2] + across);
-        xy += share * (along * n[0] * n[1]);
-        xz += share * (along * n[0] * n[2]);
-        yz += share * (along * n[1] * n[2]);
-    }
-    SCALAR* out = (SCALAR*)blocks.data + 54 * t;
-    for (int e = 0; e < 6; ++e, out += 9) {
-        out[0] = xx[e];
-        out[4] = yy[e];
-        out[8] = zz[e];
-        out[1] = out[3] = xy[e];
-        out[2] = out[6] = xz[e];
-        out[5] = out[7] = yz[e];
-    }
-"""
+""".replace("SHORT", repr(SHORT)).replace("TURNING", TURNING)
 
 
 def fiber_lanes_on(device: str, precision: str, fibers: Any, state: Any) -> SimpleNamespace | None:
@@ -138,32 +115,6 @@ def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleName
     scalar, vec3, mat33 = types.scalar, types.vec3, types.mat33
     kernel = types.kernel(SUBJECT)
 
-    @kernel
-    def share_corners(
-        # model
-        fibers: Fibers,
-        step_factors: wp.array(dtype=scalar),
-        # out
-        shares: wp.array(dtype=scalar),
-        ways: wp.array2d(dtype=scalar),
-    ):
-        # dt^2 w V0 (d . g_a) (d . g_b) of the six pairs of corners; ways: d
-        t = wp.tid()
-        dt = step_factors[0]
-        for k in range(fibers.pair_start[t], fibers.pair_start[t + 1]):
-            d = fibers.directions[fibers.pair_segment[k]]
-            for axis in range(3):
-                ways[axis, k] = d[axis]
-            p = fibers.rest_inverse[t] * d
-            p0 = -(p[0] + p[1] + p[2])
-            size = dt * dt * fibers.volume[k]
-            shares[8 * k] = size * (p0 * p[0])
-            shares[8 * k + 1] = size * (p0 * p[1])
-            shares[8 * k + 2] = size * (p0 * p[2])
-            shares[8 * k + 3] = size * (p[0] * p[1])
-            shares[8 * k + 4] = size * (p[0] * p[2])
-            shares[8 * k + 5] = size * (p[1] * p[2])
-
     @types.native(STRETCH)
     def stretch_tet(
         t: int,
@@ -175,6 +126,7 @@ def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleName
         positions: wp.array(dtype=vec3),
         velocities: wp.array(dtype=vec3),
         deformations: wp.array(dtype=mat33),
+        turns: wp.array(dtype=vec3),
         directions: wp.array(dtype=vec3),
         stretches: wp.array(dtype=scalar),
         rates: wp.array(dtype=vec3),
@@ -199,42 +151,14 @@ def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleName
         # fmt: off
         stretch_tet(
             first + wp.tid(), again, fibers.tets, fibers.rest_inverse, fibers.pair_start, ways,
-            positions, velocities, state.deformations, state.directions, state.stretches,
-            state.rates, state.speeds, state.reciprocals,
+            positions, velocities, state.deformations, state.turns, state.directions,
+            state.stretches, state.rates, state.speeds, state.reciprocals,
         )
         # fmt: on
 
-    @types.native(STIFFEN)
-    def stiffen_tet(
-        t: int,
-        pair_start: wp.array(dtype=int),
-        pair_segment: wp.array(dtype=int),
-        shares: wp.array(dtype=scalar),
-        directions: wp.array(dtype=vec3),
-        reciprocals: wp.array(dtype=scalar),
-        moduli: wp.array(dtype=scalar),
-        tensions: wp.array(dtype=scalar),
-        blocks: wp.array(dtype=mat33),
-    ): ...
-
-    @kernel
-    def stiffen_tets(
-        # model
-        first: int,
-        fibers: Fibers,
-        shares: wp.array(dtype=scalar),
-        # in
-        state: FiberState,
-        # out
-        blocks: wp.array(dtype=mat33),
-    ):
-        # fmt: off
-        stiffen_tet(
-            first + wp.tid(), fibers.pair_start, fibers.pair_segment, shares, state.directions,
-            state.reciprocals, state.moduli, state.tensions, blocks,
-        )
-        # fmt: on
-
+    blocks = make_fiber_blocks(precision, Fibers, FiberState)
     return SimpleNamespace(
-        share_corners=share_corners, stretch_fibers=stretch_fibers, stiffen_tets=stiffen_tets
+        share_corners=blocks.share_corners,
+        stretch_fibers=stretch_fibers,
+        stiffen_tets=blocks.stiffen_tets,
     )

@@ -10,6 +10,12 @@ The second derivative of that energy couples all tets around a segment. By Jense
 ``w V0 (S n n^T + T / |F d| (I - n n^T))``, summed over the pairs and acting on the changes of F d,
 bounds it from above, in the mesh's own pattern. Where a controller is still to choose, T is not
 known and left out.
+
+The part with T brakes every turn, as a step's straight path lengthens a fibre that turns. With the
+conserving tangent (``unturned``) it acts on what changes F d beside the turn omega of its tet, the
+one nearest to the tet's change of shape:
+
+    dF d - omega x F d        omega = (tr(C) I - C)^-1 sum_i F e_i x dF e_i,  C = F F^T
 """
 
 from functools import cache
@@ -35,6 +41,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
     tet = make_tets(precision, SUBJECT)
     deformation, by_corner = tet.deformation, tet.by_corner
     short = wp.constant(scalar(SHORT))
+    rounding = wp.constant(scalar({"float32": 2.0**-20, "float64": 2.0**-49}[precision]))
 
     @wp.struct
     class Fibers:
@@ -56,10 +63,11 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
     class FiberState:
         """F of tets; S and T of segments in K; of pairs n, stretch, 1 / |F d|, and F d's rate.
 
-        ``speeds`` are what of that rate is along n.
+        ``speeds`` are what of that rate is along n. ``turns`` are the tets' omega.
         """
 
         deformations: wp.array(dtype=mat33)
+        turns: wp.array(dtype=vec3)
         directions: wp.array(dtype=vec3)
         stretches: wp.array(dtype=scalar)
         rates: wp.array(dtype=vec3)
@@ -67,6 +75,19 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         reciprocals: wp.array(dtype=scalar)
         moduli: wp.array(dtype=scalar)
         tensions: wp.array(dtype=scalar)
+
+    @func
+    def turning(F: mat33):
+        # what takes sum F e_i x dF e_i to omega; bounded where a tet has become a line
+        C = F * wp.transpose(F)
+        size = wp.trace(C) * (scalar(1.0) + rounding) + rounding
+        return wp.inverse(size * wp.identity(n=3, dtype=scalar) - C)
+
+    @func
+    def moment(A: mat33, B: mat33):
+        # sum A e_i x B e_i, twice the axial vector of B A^T
+        P = B * wp.transpose(A)
+        return vec3(P[2, 1] - P[1, 2], P[0, 2] - P[2, 0], P[1, 0] - P[0, 1])
 
     @plain
     def stretch_fibers(
@@ -83,6 +104,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         F = deformation(fibers.tets[t], fibers.rest_inverse[t], positions)
         rate = deformation(fibers.tets[t], fibers.rest_inverse[t], velocities)
         state.deformations[t] = F
+        state.turns[t] = turning(F) * moment(F, rate)
         for k in range(fibers.pair_start[t], fibers.pair_start[t + 1]):
             d = fibers.directions[fibers.pair_segment[k]]
             along = F * d
@@ -134,10 +156,16 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
             pulled = wp.max(stretch - limits[j] / rest_lengths[j], scalar(0.0))
         state.tensions[j] = modulus * pulled
 
+    @func
+    def beside_turns(wa: mat33, sa: mat33, wb: mat33, sb: mat33, M: mat33):
+        # of corners a and b: w take their changes to omega, s to the moment sum c F d x dF d
+        return wp.transpose(wa) * (M * wb - sb) + sa * wb
+
     @plain
     def stiffen_tets(
         # model
         first: int,
+        unturned: int,
         fibers: Fibers,
         step_factors: wp.array(dtype=scalar),
         # in
@@ -146,7 +174,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         blocks: wp.array(dtype=mat33),
     ):
         # dt^2 w V0 (S n n^T + T / |F d| (I - n n^T)) (d . g_a) (d . g_b), of the corners (0, 1),
-        # (0, 2), (0, 3), (1, 2), (1, 3) and (2, 3)
+        # (0, 2), (0, 3), (1, 2), (1, 3) and (2, 3); what T does to turns is taken out below
         t = first + wp.tid()
         B = fibers.rest_inverse[t]
         dt = step_factors[0]
@@ -157,6 +185,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         b12 = mat33()
         b13 = mat33()
         b23 = mat33()
+        spread = mat33()
         for k in range(fibers.pair_start[t], fibers.pair_start[t + 1]):
             j = fibers.pair_segment[k]
             if state.moduli[j] > scalar(0.0):
@@ -167,12 +196,33 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
                 across = state.tensions[j] * state.reciprocals[k]
                 outer = (state.moduli[j] - across) * wp.outer(n, n) + across * identity
                 outer = (dt * dt * fibers.volume[k]) * outer
+                spread += (dt * dt * fibers.volume[k] * across) * wp.outer(d, d)
                 b01 += (p0 * p[0]) * outer
                 b02 += (p0 * p[1]) * outer
                 b03 += (p0 * p[2]) * outer
                 b12 += (p[0] * p[1]) * outer
                 b13 += (p[0] * p[2]) * outer
                 b23 += (p[1] * p[2]) * outer
+        if unturned != 0 and wp.trace(spread) > scalar(0.0):
+            F = state.deformations[t]
+            own = turning(F)
+            S = F * spread
+            Y = S * wp.transpose(F)
+            M = wp.trace(Y) * identity - Y
+            s1 = wp.skew(S * B[0])
+            s2 = wp.skew(S * B[1])
+            s3 = wp.skew(S * B[2])
+            w1 = own * wp.skew(F * B[0])
+            w2 = own * wp.skew(F * B[1])
+            w3 = own * wp.skew(F * B[2])
+            s0 = -(s1 + s2 + s3)
+            w0 = -(w1 + w2 + w3)
+            b01 += beside_turns(w0, s0, w1, s1, M)
+            b02 += beside_turns(w0, s0, w2, s2, M)
+            b03 += beside_turns(w0, s0, w3, s3, M)
+            b12 += beside_turns(w1, s1, w2, s2, M)
+            b13 += beside_turns(w1, s1, w3, s3, M)
+            b23 += beside_turns(w2, s2, w3, s3, M)
         blocks[6 * t] = b01
         blocks[6 * t + 1] = b02
         blocks[6 * t + 2] = b03
@@ -202,15 +252,17 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         # in and out
         values: wp.array(dtype=mat33),
     ):
-        # what is added is symmetric block by block
         edge = first + wp.tid()
         total = mat33()
         for k in range(edge_start[edge], edge_start[edge + 1]):
             corners = edge_corners[k]
-            total += blocks[place_of(corners[0], corners[1])]
+            block = blocks[place_of(corners[0], corners[1])]
+            if corners[0] > corners[1]:
+                block = wp.transpose(block)
+            total += block
         slots = edge_slots[edge]
         values[slots[0]] = values[slots[0]] + total
-        values[slots[1]] = values[slots[1]] + total
+        values[slots[1]] = values[slots[1]] + wp.transpose(total)
 
     @kernel
     def first_tensions(
@@ -233,6 +285,7 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
     @kernel
     def pull_tets(
         # model
+        unturned: int,
         fibers: Fibers,
         given_back: wp.array(dtype=scalar),
         again: int,
@@ -246,6 +299,9 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
         # what the matrix takes from the last iterate of the velocities; the rest is tension here
         t = wp.tid()
         stress = mat33()
+        F = state.deformations[t]
+        spread = mat33()
+        moved = vec3()
         for k in range(fibers.pair_start[t], fibers.pair_start[t + 1]):
             j = fibers.pair_segment[k]
             n = state.directions[k]
@@ -254,7 +310,19 @@ def make_implicit_muscles(precision: str) -> SimpleNamespace:
                 across = state.tensions[j] * state.reciprocals[k]
                 along = (state.moduli[j] - across) * wp.dot(n, state.rates[k])
                 pull -= given_back[t] * (along * n + across * state.rates[k])
+                d = fibers.directions[j]
+                size = fibers.volume[k] * across
+                spread += size * wp.outer(d, d)
+                moved += size * wp.cross(F * d, state.rates[k])
             stress += fibers.volume[k] * wp.outer(fibers.directions[j], pull)
+        if unturned != 0 and wp.trace(spread) > scalar(0.0):
+            # the matrix's part that leaves turns alone
+            S = F * spread
+            Y = S * wp.transpose(F)
+            omega = state.turns[t]
+            z = turning(F) * (wp.trace(Y) * omega - Y * omega - moved)
+            rest = wp.skew(z) * F - wp.skew(omega) * S
+            stress -= given_back[t] * wp.transpose(rest)
         by_corner(4 * t, -(fibers.rest_inverse[t] * stress), forces)
 
     @plain

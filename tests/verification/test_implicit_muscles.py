@@ -10,62 +10,16 @@ import pytest
 
 from tests.support.bodies import EXACT, Rig, crumpled, exact_dynamics, muscular_bar, numbers, rig
 from tests.verification import reference
+from tests.verification.fibers import Fibers
 from warp_softbody.arrays import FloatArray
 from warp_softbody.body.character import Character
 from warp_softbody.body.material import Material
 from warp_softbody.body.muscles import MuscleGroup
-from warp_softbody.engine.model import Model
 
 DT = 0.01
 MATERIAL = Material(young_modulus=2e5, poisson_ratio=0.4, stiffness_damping=0.01, mass_damping=0.5)
 PLAIN = {"elements": "linear", "tangent": "warped"}
 UNDAMPED = Material(young_modulus=2e5, poisson_ratio=0.4, stiffness_damping=0.0, mass_damping=0.0)
-
-
-class Fibers:
-    """The energy of muscles in NumPy: q pairs of a tet and a segment."""
-
-    def __init__(self, model: Model) -> None:
-        """Of all muscles of a model."""
-        layout, mesh = model.muscles, model.body.mesh
-        self.mesh, self.tet, self.segment = mesh, layout.pair_tet, layout.pair_segment
-        self.directions = layout.directions[self.segment]
-        self.strength = layout.stiffness * layout.rest_lengths
-        self.volume = layout.pair_weight * mesh.volumes[self.tet]
-        self.whole = np.bincount(self.segment, self.volume, model.segment_count)
-        self.gradients = reference.rest_gradients(mesh)[self.tet]
-
-    def along(self, positions: FloatArray) -> FloatArray:
-        """F d of the pairs, (q, 3)."""
-        F = reference.deformation_gradients(self.mesh, positions)[self.tet]
-        return np.asarray(np.einsum("qij,qj->qi", F, self.directions))
-
-    def stretches(self, positions: FloatArray) -> FloatArray:
-        """Mean over the volume of a segment, (s,)."""
-        size = np.linalg.norm(self.along(positions), axis=1)
-        return np.bincount(self.segment, self.volume * size, len(self.whole)) / self.whole
-
-    def tensions(self, positions: FloatArray, activations: FloatArray) -> FloatArray:
-        """S max(0, f - a), (s,) Pa."""
-        return self.strength * np.maximum(self.stretches(positions) - activations, 0.0)
-
-    def energy(self, positions: FloatArray, activations: FloatArray) -> float:
-        """In J."""
-        tensions = self.tensions(positions, activations)
-        return float((0.5 * self.whole / self.strength) @ tensions**2)
-
-    def by_pair(self, positions: FloatArray, tensions: FloatArray) -> FloatArray:
-        """Forces (n, 3) N of tensions (q,) Pa of the pairs."""
-        along = self.along(positions)
-        stress = (self.volume * tensions / np.linalg.norm(along, axis=1))[:, None] * along
-        parts = np.einsum("qi,qaj,qj->qai", stress, self.gradients, self.directions)
-        forces = np.zeros_like(positions)
-        np.add.at(forces, self.mesh.tets[self.tet], -parts)
-        return forces
-
-    def forces(self, positions: FloatArray, activations: FloatArray) -> FloatArray:
-        """Forces (n, 3) N of the energy."""
-        return self.by_pair(positions, self.tensions(positions, activations)[self.segment])
 
 
 def implicit(character: Character, **options: Any) -> Rig:
@@ -201,10 +155,13 @@ def energy(body: Rig, fibers: Fibers, activations: FloatArray) -> float:
 
 @pytest.mark.parametrize("time_step", [0.5, 1.0 / 30.0, 1.0 / 240.0])
 @pytest.mark.parametrize("iterations", [1, 2])
-def test_energy_only_falls_at_constant_activations(time_step: float, iterations: int) -> None:
+@pytest.mark.parametrize("tangent", ["warped", "conserving"])
+def test_energy_only_falls_at_constant_activations(
+    time_step: float, iterations: int, tangent: str
+) -> None:
     """From slack to full, S = 10 E and no damping; explicit muscles blow up at 0.5 s."""
     bar = muscular_bar(UNDAMPED, strength=2e6)
-    body = implicit(bar, time_step=time_step, newton_iterations=iterations)
+    body = implicit(bar, time_step=time_step, newton_iterations=iterations, tangent=tangent)
     fibers = Fibers(body.model)
     activations = np.full(body.model.segment_count, 0.5)
     body.activate(activations)
@@ -255,24 +212,31 @@ def test_motion_converges_with_the_step_at_first_order() -> None:
     assert errors[-1] < 0.05 * np.linalg.norm(expected - bar.mesh.points)
 
 
-def test_newton_iterations_approach_the_implicit_euler_step() -> None:
+@pytest.mark.parametrize(
+    ("tangent", "material"), [("warped", MATERIAL), ("conserving", UNDAMPED)], ids=str
+)
+@pytest.mark.parametrize("native_code", [True, False], ids=["native", "plain"])
+def test_newton_iterations_approach_the_implicit_euler_step(
+    tangent: str, material: Material, native_code: bool
+) -> None:
     """Its residual falls by half at least when iterations are doubled."""
-    bar = muscular_bar(MATERIAL)
+    bar = muscular_bar(material)
     left = []
     for iterations in (1, 2, 4, 8):
-        body = implicit(bar, newton_iterations=iterations)
+        options = {"tangent": tangent, "native_code": native_code}
+        body = implicit(bar, newton_iterations=iterations, **options)
         activations = np.linspace(0.6, 0.9, body.model.segment_count)
         body.activate(activations)
         body.step(2)
         before = body.velocities
         body.step()
         change, now = body.velocities - before, body.positions
-        force = reference.elastic_forces(bar.mesh, MATERIAL, now)
+        force = reference.elastic_forces(bar.mesh, material, now)
         force += Fibers(body.model).forces(now, activations)
-        matrix = reference.warped_stiffness(bar.mesh, MATERIAL, now)
+        matrix = reference.warped_stiffness(bar.mesh, material, now)
         damping = (matrix @ body.velocities.ravel()).reshape(-1, 3)
-        force -= MATERIAL.stiffness_damping * damping
-        force -= MATERIAL.mass_damping * body.masses[:, None] * body.velocities
+        force -= material.stiffness_damping * damping
+        force -= material.mass_damping * body.masses[:, None] * body.velocities
         missing = body.masses[:, None] * change - DT * force
         left.append(np.linalg.norm(missing) / np.linalg.norm(body.masses[:, None] * change))
     for worse, better in itertools.pairwise(left):

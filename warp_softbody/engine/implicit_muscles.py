@@ -15,8 +15,9 @@ from warp_softbody.device.structs import struct_of
 from warp_softbody.device.warp_runtime import with_kernels
 from warp_softbody.device.workspace import Workspace
 from warp_softbody.engine.model import Model
+from warp_softbody.kernels.fiber_blocks import CORNER_PAIRS
 from warp_softbody.kernels.fiber_edges import make_fiber_edges
-from warp_softbody.kernels.fiber_lanes import CORNER_PAIRS, fiber_lanes_on
+from warp_softbody.kernels.fiber_lanes import fiber_lanes_on
 from warp_softbody.kernels.implicit_muscles import make_implicit_muscles
 
 Work = tuple[int, Callable[[int, int], None]]
@@ -44,6 +45,7 @@ class ImplicitMuscles:
         self._model = model
         self._kernels = make_implicit_muscles(model.options.precision)
         options = model.options
+        self._unturned = int(options.tangent == "conserving")
         kinds = (options.precision, self._kernels.Fibers, self._kernels.FiberState)
         # before any kernel is loaded, as both are of one module
         self._lanes: Any = fiber_lanes_on(options.device, *kinds) if options.native_code else None
@@ -65,6 +67,7 @@ class ImplicitMuscles:
         self._state = struct_of(
             self._kernels.FiberState,
             deformations=work.zeros(model.tet_count, types.mat33),
+            turns=work.zeros(model.tet_count, types.vec3),
             stretches=work.zeros(pairs, scalar),
             rates=work.zeros(pairs, types.vec3),
             speeds=work.zeros(pairs, scalar),
@@ -121,10 +124,10 @@ class ImplicitMuscles:
             self._launch(k.mean_stretches, last - first, inputs, [s, self.lengths, self.reaches])
 
         def stiffen(first: int, last: int) -> None:
-            kernel, known = k.stiffen_tets, a.step.factors
+            kernel, known = k.stiffen_tets, [a.step.factors]
             if self._lanes is not None:
-                kernel, known = self._lanes.stiffen_tets, self._shares
-            inputs = [first, self._fibers, known, s]
+                kernel, known = self._lanes.stiffen_tets, [a.step.factors, self._shares]
+            inputs = [first, self._unturned, self._fibers, *known, s]
             self._launch(kernel, last - first, inputs, [self._blocks])
 
         def add(first: int, last: int) -> None:
@@ -150,8 +153,10 @@ class ImplicitMuscles:
 
         ``again``: for a further Newton iteration, about the velocities last worked with.
         """
-        inputs = [self._fibers, self._given_back, int(again), tensions, self._state]
-        self._launch(self._kernels.pull_tets, self._model.tet_count, inputs, [forces])
+        inputs = [self._unturned, self._fibers, self._given_back, int(again), tensions]
+        self._launch(
+            self._kernels.pull_tets, self._model.tet_count, [*inputs, self._state], [forces]
+        )
 
     def launch_weights(self) -> Any:
         """Launch w / |F d| of the pairs, by tet and by segment, (q,) each."""
