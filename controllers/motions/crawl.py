@@ -16,7 +16,7 @@ from warp_softbody.controllers.controller import ActivationCost, Goals, seen, se
 from warp_softbody.controllers.motions.body_measures import mean_weights, region_mean
 from warp_softbody.controllers.motions.for_any_body.step_gains import StepGains
 from warp_softbody.controllers.motions.for_any_body.stepping import Stepping
-from warp_softbody.controllers.motions.for_any_body.ways import stepping, way_to_crawl
+from warp_softbody.controllers.motions.for_any_body.ways import MOST_CRAWLED, stepping, way_to_crawl
 from warp_softbody.controllers.motions.lying_on_terrain import LyingOnTerrain
 from warp_softbody.controllers.motions.over_edges import over_edges
 from warp_softbody.controllers.motions.steering import Guide
@@ -156,7 +156,7 @@ class Crawl:
         Args:
             character: at most half as high as long, and twice as long along the heading as high.
             heading: rad, from x towards y.
-            speed: m/s, of the plan on Earth; None for the one that the gains are made for.
+            speed: m/s, on Earth, up to that of the gains, which is what None asks for.
             gains: None for those that suit it.
             steering: as that of `Walk`, in place of a speed; "forward" is along the heading.
 
@@ -165,7 +165,7 @@ class Crawl:
         """
         heading = checks.number("heading of Crawl", heading, unit="rad")
         way = way_to_crawl(character, heading)
-        return stepping("Crawl", character, way, heading, speed, gains, steering)
+        return stepping("Crawl", character, way, heading, speed, gains, steering, MOST_CRAWLED)
 
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""

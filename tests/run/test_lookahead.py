@@ -22,6 +22,7 @@ from warp_softbody.controllers.control_solver import Decision
 from warp_softbody.controllers.inner_controllers import says
 from warp_softbody.controllers.motions.body_measures import mean_weights
 from warp_softbody.controllers.motions.sequence import Sequence
+from warp_softbody.errors import InputError
 from warp_softbody.run.lookahead import steps_ahead
 from warp_softbody.run.step_record import StepRecord
 from warp_softbody.world.similar_scene import Similarity, similar_scene
@@ -154,6 +155,21 @@ def test_a_saved_motion_goes_on_to_the_last_bit() -> None:
         other.restore(saved)
         for one, again in zip(once, places(other), strict=True):
             np.testing.assert_array_equal(one, again)
+
+
+def test_a_motion_of_another_horizon_is_refused() -> None:
+    """Its plans and its solver's memory are of a step of another length."""
+
+    def made(options: ControlOptions) -> Simulation:
+        return Simulation(
+            SCENE, controllers.Balance(), time_step=STEP / 3.0, fps=60.0, control_options=options
+        )
+
+    saved = made(ControlOptions()).save()
+    with pytest.raises(InputError, match=r"look 3 time steps ahead .* look 1 ahead; .*horizon"):
+        made(ControlOptions(horizon=0.0)).restore(saved)
+    # two horizons of the same number of steps are one
+    made(ControlOptions(horizon=0.0523)).restore(saved)
 
 
 def test_what_is_reached_is_told_at_the_horizon() -> None:

@@ -113,13 +113,14 @@ class ControlledBody:
         return SavedControl(
             name=self.name,
             kind=type(self._controller),
+            ahead=self._ahead,
             memory=memory_of(self._controller),
             solver=self._solver.memory,
             responses=self._dynamics.save(),
         )
 
     def require_fit(self, saved: SavedControl) -> None:
-        """Refuse what another body, or a controller of another class, remembers.
+        """Refuse what another body, class of controllers or horizon of plans remembers.
 
         Raises:
             InputError: it is one.
@@ -129,6 +130,12 @@ class ControlledBody:
             raise InputError(
                 f"a SavedMotion with a {saved.kind.__name__} for {saved.name!r} cannot be restored "
                 f"by a simulation with a {kind.__name__} for {self.name!r}"
+            )
+        if saved.ahead != self._ahead:
+            raise InputError(
+                f"a SavedMotion whose plans look {saved.ahead} time steps ahead cannot be restored "
+                f"by a simulation whose plans look {self._ahead} ahead; take the same "
+                "ControlOptions.horizon"
             )
 
     def restore(self, saved: SavedControl) -> None:

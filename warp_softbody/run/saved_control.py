@@ -19,6 +19,7 @@ class SavedControl:
     Attributes:
         name: of the body.
         kind: class of its controller.
+        ahead: time steps that its plans look ahead.
         memory: attributes of the controller, copied.
         solver: what the control solver remembers.
         responses: where the next solve for the reduced dynamics begins.
@@ -26,6 +27,7 @@ class SavedControl:
 
     name: str
     kind: type[Any]
+    ahead: int
     memory: dict[str, Any]
     solver: SolverMemory
     responses: SavedResponses

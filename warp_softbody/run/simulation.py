@@ -292,7 +292,8 @@ class Simulation:
         that were saved, their gains included.
 
         Raises:
-            InputError: it is of another scene or other controllers, or in other time steps.
+            InputError: it is of another scene, other controllers or another horizon of plans, or in
+                other time steps.
         """
         saved = checks.instance("saved of Simulation.restore", saved, SavedMotion)
         require_same_scene(saved, self.model.scene, self.model.options.time_step)

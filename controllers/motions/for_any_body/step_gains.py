@@ -29,6 +29,8 @@ class StepGains:
         momentum_weight: of the linear momentum, in units of m g dt.
         spin_weight: of the angular momentum, in units of m g L dt.
         settle: sqrt(g/L), how fast the plan follows feet that have slipped.
+        leash: L, by which feet may be behind the plan before it follows them. What is pushed along
+            is always some way behind; a plan that follows it there goes slower than it is asked.
         foot_position: sqrt(g/L), how fast a foot comes back to its path.
         foot_velocity: sqrt(g/L), how fast its velocity comes near the one that is wanted.
         foot_weight: in units of g dt, of a moving foot's velocity, and along z of that of one that
@@ -50,6 +52,7 @@ class StepGains:
     momentum_weight: float = 0.021
     spin_weight: float = 0.073
     settle: float = field(default=0.35, metadata=dimension(time=-1.0))
+    leash: float = field(default=0.0, metadata=dimension(length=1.0))
     foot_position: float = field(default=2.15, metadata=dimension(time=-1.0))
     foot_velocity: float = field(default=5.3, metadata=dimension(time=-1.0))
     foot_weight: float = 0.0007
@@ -64,7 +67,7 @@ class StepGains:
             positive=("step",),
             not_negative=(
                 *("stride", "lift", "touch_down", "capture", "position", "velocity", "turn"),
-                *("spin", "momentum_weight", "spin_weight", "settle", "foot_position"),
+                *("spin", "momentum_weight", "spin_weight", "settle", "leash", "foot_position"),
                 *("foot_velocity", "foot_weight"),
             ),
         )
@@ -89,5 +92,14 @@ strides, or held upright less, it falls over after some ten steps."""
 LYING_ON_LIMBS = replace(ON_FEET, stride=0.16, stand=0.0, step=0.3)
 """Of a body that lies on its limbs, and needs no balance."""
 
-LYING = replace(ON_FEET, stride=0.16, stand=0.0, lift=0.0, capture=0.0, step=0.4)
+LYING = replace(
+    ON_FEET,
+    stride=0.16,
+    stand=0.0,
+    lift=0.0,
+    capture=0.0,
+    step=0.4,
+    leash=0.2,
+    momentum_weight=0.06,
+)
 """Of a body that lies on all its length."""

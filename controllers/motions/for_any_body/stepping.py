@@ -218,7 +218,10 @@ class Stepping(Steerable):
         speed = (view.linear_momentum / view.mass - self._velocity())[:2]
         self._drift += min(1.0, dt / (DRIFT_TIME * g.step)) * (speed - self._drift)
         soon = frame.steered(dt, self._asked, self._hastening, self._heading)
-        self._frame = soon._replace(place=soon.place + dt * g.settle * slipped[:2])
+        far = float(np.hypot(*slipped[:2]))
+        # within the leash the body is only late, and what is late is pushed the harder
+        beyond = max(0.0, 1.0 - g.leash / far) if far > 0.0 else 0.0
+        self._frame = soon._replace(place=soon.place + dt * g.settle * beyond * slipped[:2])
 
     def _body(self, view: BodyView, now: _Now) -> list[Objective]:
         """The centre of mass goes on and sways to where the other feet bear it; no turning."""

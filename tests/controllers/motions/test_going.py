@@ -38,12 +38,17 @@ def made(name: str) -> Character:
         return Character.from_surface(BODIES[name](), name=name)
 
 
-def path(character: Character, controller: Controller, seconds: float) -> FloatArray:
+def path(
+    character: Character, controller: Controller, seconds: float, friction: float = 0.8
+) -> FloatArray:
     """Path (f, 3) m of the centre of mass, ten places a second."""
     mesh = character.mesh
     mass = lumped_masses(mesh.tets, mesh.volumes, len(mesh.points))
     simulation = Simulation(
-        Scene(character=character, ground=Plane()), controller, time_step=1 / 60, fps=10
+        Scene(character=character, ground=Plane(friction=friction)),
+        controller,
+        time_step=1 / 60,
+        fps=10,
     )
     return np.array([mass @ f.positions / mass.sum() for f in simulation.run(seconds)])
 
@@ -58,6 +63,23 @@ def test_a_caterpillar_crawls_along_its_heading() -> None:
         gone = way[-1] - way[0]
         assert np.cos(heading) * gone[0] > 0.4
         assert abs(gone[1]) < 0.2
+
+
+@pytest.mark.parametrize(("speed", "friction"), [(0.1, 0.8), (0.3, 0.4)])
+def test_a_caterpillar_crawls_as_fast_as_it_is_asked(speed: float, friction: float) -> None:
+    """Once it has started; by half of 0.1 m/s and two thirds of 0.3 where the plan waits for it."""
+    body = made("caterpillar")
+    way = path(body, Crawl.for_(body, speed=speed), 6.0, friction)[20:, 0]
+    assert way[-1] - way[0] == pytest.approx(speed * 0.1 * (len(way) - 1), rel=0.1)
+
+
+def test_a_plan_waits_for_a_body_that_is_held_back() -> None:
+    """On ice it comes nowhere, and its plan is not further ahead than its leash and a stride."""
+    body = made("caterpillar")
+    crawl = Crawl.for_(body)
+    way = path(body, crawl, 6.0, 0.0)
+    assert abs(way[-1, 0] - way[0, 0]) < 0.1
+    assert crawl._frame.place[0] - way[-1, 0] < 0.6 * length(body)
 
 
 def test_a_table_walks_as_fast_as_it_is_asked() -> None:
@@ -152,6 +174,9 @@ def test_what_lacks_is_told() -> None:
         Walk.for_(replace(table, regions={}))
     with pytest.raises(InputError, match=r"speed of Walk must be .* from 0 to"):
         Walk.for_(table, speed=9.0)
+    # no further a cycle than any body that lies was found to reach
+    with pytest.raises(InputError, match=r"speed of Crawl must be .* from 0 to 0.307"):
+        Crawl.for_(worm, speed=0.4)
     with pytest.raises(InputError, match="height of Jump"):
         Jump.for_(table, height=-1.0)
 
