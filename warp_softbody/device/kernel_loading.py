@@ -3,7 +3,8 @@
 Left to itself Warp compiles a module when the first of its kernels is launched: one by one.
 Clang takes nine tenths of that time, and needs nothing of Python's meanwhile. So whoever knows
 what will be launched says so early (`prepare`), and what waits for kernels waits for all of them
-at once (`load`). Modules on the disk are loaded at once, where they are asked for.
+at once (`load`). Modules on the disk are loaded at once, where they are asked for. Warp's header,
+with which every module begins, is compiled before the first of them (`prepare_header`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,9 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.device.shared_header import SharedHeader
+from warp_softbody.kernels.header import make_header
+
 MOST_WORKERS = 8
 """Compilers at work at once; each takes some 200 MB."""
 
@@ -25,6 +29,9 @@ THREADS_OF_A_BLOCK = 1
 
 _builds: dict[Any, Future[None]] = {}
 """Modules that are compiled, or are to be."""
+
+_header = SharedHeader()
+"""What the compilers of this process share."""
 
 _asked: list[set[Any]] = []
 """Not empty while launches are told apart: those that cannot be made are put down in the last."""
@@ -38,6 +45,16 @@ def is_compiling() -> bool:
     return bool(_builds)
 
 
+def prepare_header(device: str) -> None:
+    """Begin to compile Warp's header where no kernel has been compiled on this machine yet.
+
+    For whoever knows that there will be launches, but not yet of what.
+    """
+    module = make_header().nothing.module
+    if _is_processor(device) and module not in _builds and not _is_compiled(module):
+        _begin(module)
+
+
 def prepare(device: str, kernels: Iterable[Any]) -> None:
     """Begin to compile the modules of kernels that will be launched, as far as they are not yet.
 
@@ -46,7 +63,8 @@ def prepare(device: str, kernels: Iterable[Any]) -> None:
     if _is_processor(device):
         for module in _modules(kernels):
             if module not in _builds and not _is_loaded(module) and not _is_compiled(module):
-                _builds[module] = _pool().submit(_build, module)
+                prepare_header(device)
+                _begin(module)
 
 
 def load(device: str, kernels: Iterable[Any]) -> None:
@@ -132,10 +150,15 @@ def _is_compiled(module: Any) -> bool:
     return os.path.isdir(os.path.join(str(wp.config.kernel_cache_dir), name))
 
 
+def _begin(module: Any) -> None:
+    """Have a module compiled by the next thread that is free."""
+    _builds[module] = _pool().submit(_build, module)
+
+
 def _build(module: Any) -> None:
     """Compile and load, unless the process is about to end."""
     if threading.main_thread().is_alive() and not _is_loaded(module):
-        _load(module)
+        _header.compile(lambda: _load(module))
 
 
 def _load(module: Any) -> None:
@@ -144,7 +167,7 @@ def _load(module: Any) -> None:
 
 @cache
 def _pool() -> ThreadPoolExecutor:
-    """Threads that compile; each has read Warp's header once it has compiled a module."""
+    """Threads that compile."""
     return ThreadPoolExecutor(max_workers=_workers(), thread_name_prefix="kernels")
 
 

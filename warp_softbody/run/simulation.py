@@ -31,6 +31,7 @@ from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.run.applied_forces import AppliedForce, applied_force
 from warp_softbody.run.continuation import copy_motion, require_same_bodies
 from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
+from warp_softbody.run.early_kernels import prepare_kernels
 from warp_softbody.run.falls import Falls
 from warp_softbody.run.goal_report import GoalReport, goal_report
 from warp_softbody.run.handle_forces import HandleForces
@@ -121,17 +122,19 @@ class Simulation:
             input_kinds.controller("controller of a Simulation", controller)
         others = {} if others is None else input_kinds.mapping("others of a Simulation", others)
         input_kinds.name("name of a Simulation", name)
+        controlled = controller is not None or bool(others)
         settings = RunSettings.of(
             options,
             control_options,
             scene=scene,
-            controlled=controller is not None or bool(others),
+            controlled=controlled,
             time_step=time_step,
             fps=fps,
             method=method,
         )
         self._timed = checks.truth("timed of a Simulation", timed)
         self._steps_per_frame = settings.steps_per_frame
+        prepare_kernels(settings.options, controlled=controlled)
         self.model = build_model(scene, settings.options, like=like)
         self.control_options = settings.control_options
         self.fps = float(fps)

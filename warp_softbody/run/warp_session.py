@@ -46,6 +46,7 @@ def warp_engine(device: str, on_compile: Callable[[], None]) -> Iterator[None]:
     """
     import warp as wp
 
+    from warp_softbody.device.kernel_loading import prepare_header
     from warp_softbody.device.warp_runtime import check_device
 
     check_device(device)
@@ -53,6 +54,7 @@ def warp_engine(device: str, on_compile: Callable[[], None]) -> Iterator[None]:
     # so that Warp tells of what it compiles
     wp.config.log_level = wp.LOG_INFO
     wp.set_logger(_Messages(on_compile))
+    prepare_header(device)
     try:
         yield
     finally:
