@@ -118,3 +118,17 @@ def staged_bodies(scene: Scene) -> tuple[StagedBody, ...]:
             )
         )
     return tuple(bodies)
+
+
+def rest_frame(bodies: Sequence[StagedBody]) -> Frame:
+    """All bodies at rest, their muscles slack, in touch with nothing."""
+    points = np.concatenate([body.character.mesh.points for body in bodies])
+    return Frame(
+        index=0,
+        time=0.0,
+        positions=points,
+        velocities=np.zeros(points.shape),
+        activations=np.ones(bodies[-1].segments.stop),
+        fiber_points=np.concatenate([body.layout.fiber_vertices for body in bodies]),
+        contacts=ContactSample(),
+    )

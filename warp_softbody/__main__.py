@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import sys
+from contextlib import suppress
 from typing import NoReturn
 
 SELDOM = 100_000
 """New objects until the collector of garbage looks at them.
 
 Loading libraries and kernels makes a million that all stay."""
+
+_ended: list[int] = []
+"""The exit code, once the command line has come to its end."""
 
 
 def program() -> NoReturn:
@@ -19,12 +24,30 @@ def program() -> NoReturn:
     # a step's small products take longer on several threads, which then wait in a loop for more;
     # read by NumPy when it is loaded
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # the first to be registered is the last to be called, when threads and libraries are through
+    atexit.register(_leave)
     from warp_softbody.cli import main
 
     code = main()
-    # what is left ends with the process, and need not be looked through once more
-    gc.freeze()
+    _ended.append(code)
     sys.exit(code)
+
+
+def _leave() -> None:
+    """End here: taking a million objects apart one by one would take 50 ms, and to no purpose.
+
+    An error that is on its way out ends the process as usual.
+    """
+    if not _ended:
+        return
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, OSError, ValueError):
+            stream.flush()
+    # what kernels have printed by way of C
+    libraries = sys.modules.get("ctypes")
+    if libraries is not None and os.name == "posix":
+        libraries.CDLL(None).fflush(None)
+    os._exit(_ended[0])
 
 
 if __name__ == "__main__":

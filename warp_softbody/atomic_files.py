@@ -30,11 +30,20 @@ def replacing(target: Path, *, within: Path | None = None) -> Iterator[Path]:
     try:
         path = folder / f"new{target.suffix}"
         yield path
-        sync(path)
-        os.replace(path, target)
-        sync_folder(target.parent)
+        put_in_place(path, target)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def put_in_place(path: Path, target: Path) -> None:
+    """Give a file of the same disk its name, in one step, once its contents are on the disk.
+
+    Raises:
+        OSError: the disk is full.
+    """
+    sync(path)
+    os.replace(path, target)
+    sync_folder(target.parent)
 
 
 def replace_text(target: Path, text: str) -> None:

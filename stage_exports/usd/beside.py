@@ -7,14 +7,11 @@ the last bit. Where a fork may not be made, or there is one processor, the run w
 
 from __future__ import annotations
 
+import gc
 import os
-import pickle
-import select
 import signal
 import sys
 from collections.abc import Mapping
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -25,6 +22,7 @@ from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice
 from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
 from warp_softbody.stage_exports.usd.byte_ring import ByteRing
 from warp_softbody.stage_exports.usd.frame_bytes import packed
+from warp_softbody.stage_exports.usd.messages import Messages
 from warp_softbody.stage_exports.usd.physics_names import Profile
 from warp_softbody.stage_exports.usd.stage_files import mark_own
 from warp_softbody.world.frame import Frame
@@ -102,16 +100,15 @@ class StageBeside:
         self._ring = ByteRing(max(LEAST_RING, FRAMES_AHEAD * 96 * nodes))
         self._untold: list[tuple[int, int]] = []
         self._closed = False
-        self._pipe, theirs = Pipe()
-        # the poll of a Connection makes objects that cost more than the question
-        self._answers = select.poll()
-        self._answers.register(self._pipe, select.POLLIN)
+        self._mistake: Exception | None = None
+        self._pipe, theirs = Messages.pair()
         self._process = _forked(self._pipe, theirs, self._ring, (path, scene, options))
 
     def __enter__(self) -> StageBeside:
         """Write inside the body; from here on no other process may write this path."""
         try:
             self._tell("enter")
+            self._ring.settle()
             self._answer("entered")
         except BaseException:
             self._closed = True
@@ -137,17 +134,20 @@ class StageBeside:
                 self._tell("large", message)
                 return
             self._hear()
+            self._raise_mistake()
             place = self._ring.put(message)
         self._untold.append((place, len(message)))
         if len(self._untold) >= TOLD_AT_ONCE:
             self._tell_frames()
-            while self._answers.poll(0):
+            while self._pipe.has_any():
                 self._hear()
+            self._raise_mistake()
 
     def close(self) -> None:
         """Wait until the stage is whole; a second call does nothing.
 
         Raises:
+            InputError: the writer refused one of the last frames; the stage is of those before it.
             OutputError: it could not be written; closed chunks are kept for `recover`.
         """
         if self._closed:
@@ -156,7 +156,8 @@ class StageBeside:
         try:
             self._tell_frames()
             self._tell("close")
-            self._answer("closed")
+            while self._hear() != "closed":
+                pass
         except BaseException:
             self._end(STOP)
             raise
@@ -164,6 +165,7 @@ class StageBeside:
         self._pipe.close()
         _ENDING.append(self._process)
         mark_own(self.path)
+        self._raise_mistake()
 
     def __exit__(
         self,
@@ -187,7 +189,7 @@ class StageBeside:
 
     def _tell(self, *order: Any) -> None:
         try:
-            self._pipe.send_bytes(pickle.dumps(order))
+            self._pipe.send(order)
         except (BrokenPipeError, ConnectionResetError):
             # what it said before it ended is the better sentence
             self._answer("ended")
@@ -195,23 +197,29 @@ class StageBeside:
 
     def _answer(self, wanted: str) -> None:
         while self._hear() != wanted:
-            pass
+            self._raise_mistake()
 
     def _hear(self) -> str:
-        """What the writer says next.
+        """What the writer says next; its first mistake is kept to be raised.
 
         Raises:
-            SoftBodyError: what it raised.
+            SoftBodyError: it has ended; its mistake, if there is one.
         """
         try:
-            said, told = pickle.loads(self._pipe.recv_bytes())
+            said, told = self._pipe.receive()
         except (EOFError, ConnectionResetError):
+            self._raise_mistake()
             raise self._lost() from None
         if said == "read":
             self._ring.let_go(told)
-        elif said == "raised":
-            raise told
+        elif said == "raised" and self._mistake is None:
+            self._mistake = told
         return str(said)
+
+    def _raise_mistake(self) -> None:
+        mistake, self._mistake = self._mistake, None
+        if mistake is not None:
+            raise mistake
 
     def _lost(self) -> OutputError:
         return OutputError(
@@ -228,12 +236,15 @@ class StageBeside:
 
 
 def _forked(
-    ours: Connection[Any, Any],
-    theirs: Connection[Any, Any],
+    ours: Messages,
+    theirs: Messages,
     ring: ByteRing,
     arguments: tuple[Path, Scene, Mapping[str, Any]],
 ) -> int:
     """Number of a process that serves at ``theirs``; signals for the run do not reach it."""
+    # the collector of garbage would write on all that there is, and each page on which one of the
+    # two writes is copied
+    gc.freeze()
     signal.pthread_sigmask(signal.SIG_BLOCK, HEARD)
     try:
         process = os.fork()
@@ -247,7 +258,7 @@ def _forked(
 
 
 def _serve(
-    pipe: Connection[Any, Any], ring: ByteRing, arguments: tuple[Path, Scene, Mapping[str, Any]]
+    pipe: Messages, ring: ByteRing, arguments: tuple[Path, Scene, Mapping[str, Any]]
 ) -> NoReturn:
     """Write until there is nobody to write for; this process never returns to its copy of the run.
 
@@ -259,6 +270,7 @@ def _serve(
         for number in HEARD:
             signal.signal(number, signal.SIG_IGN)
         signal.signal(STOP, signal.default_int_handler)
+        ring.settle()
         from warp_softbody.stage_exports.usd.beside_service import serve
 
         serve(pipe, ring, *arguments)

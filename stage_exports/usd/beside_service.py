@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import pickle
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +13,7 @@ from warp_softbody.errors import OutputError, SoftBodyError
 from warp_softbody.stage_exports.usd import claims
 from warp_softbody.stage_exports.usd.byte_ring import ByteRing
 from warp_softbody.stage_exports.usd.frame_bytes import unpacked
+from warp_softbody.stage_exports.usd.messages import Messages
 from warp_softbody.stage_exports.usd.writer import StageWriter
 from warp_softbody.world.scene import Scene
 
@@ -26,7 +25,7 @@ GONE = (EOFError, BrokenPipeError, ConnectionResetError)
 
 
 def serve(
-    pipe: Connection[Any, Any],
+    pipe: Messages,
     ring: ByteRing,
     path: Path,
     scene: Scene,
@@ -38,7 +37,7 @@ def serve(
         try:
             writer = StageWriter(path, scene, **options, chunk_frames=MOST_FRAMES)
         except Exception as error:
-            pipe.send_bytes(pickle.dumps(("raised", _movable(error))))
+            pipe.send(("raised", _movable(error)))
             return
         try:
             _Service(pipe, ring, writer).follow()
@@ -53,7 +52,7 @@ class _Service:
     keeps those so far.
     """
 
-    def __init__(self, pipe: Connection[Any, Any], ring: ByteRing, writer: StageWriter) -> None:
+    def __init__(self, pipe: Messages, ring: ByteRing, writer: StageWriter) -> None:
         self._pipe = pipe
         self._ring = ring
         self._writer = writer
@@ -64,9 +63,9 @@ class _Service:
         order = ""
         while order != "close":
             # converts frames while the run makes others, so that few are left at its end
-            if not self._failed and not self._pipe.poll():
+            if not self._failed and not self._pipe.has_any():
                 self._tried(self._writer.settle)
-            order, *given = pickle.loads(self._pipe.recv_bytes())
+            order, *given = self._pipe.receive()
             if order == "frames":
                 for place, size in given[0]:
                     self._write(self._ring.view(place, size))
@@ -96,7 +95,7 @@ class _Service:
     def _tell(self, what: str, more: object = None) -> None:
         # whatever a run that is gone had told of is kept all the same
         with suppress(*GONE):
-            self._pipe.send_bytes(pickle.dumps((what, more)))
+            self._pipe.send((what, more))
 
 
 def _movable(error: Exception) -> Exception:

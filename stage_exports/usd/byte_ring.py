@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import mmap
 from collections import deque
+from contextlib import suppress
+
+POPULATE_WRITE = 23
+"""Of `madvise` since Linux 5.14; Python 3.11 has no name for it."""
 
 
 class ByteRing:
@@ -13,12 +17,19 @@ class ByteRing:
     """
 
     def __init__(self, size: int) -> None:
-        """Take memory of so many bytes at once: page after page it costs more than the messages."""
+        """Ask for memory of so many bytes, which is there with its first use or `settle`."""
         self.size = size
-        flags = mmap.MAP_SHARED | mmap.MAP_ANONYMOUS | getattr(mmap, "MAP_POPULATE", 0)
-        self._memory = mmap.mmap(-1, size, flags=flags)
+        self._memory = mmap.mmap(-1, size, flags=mmap.MAP_SHARED | mmap.MAP_ANONYMOUS)
         self._head = 0
         self._unread: deque[tuple[int, int]] = deque()
+
+    def settle(self) -> None:
+        """Take all memory at once: page after page it costs more than the messages.
+
+        The half that does so first has it filled with zeros; the other one is quick then.
+        """
+        with suppress(OSError, ValueError):
+            self._memory.madvise(POPULATE_WRITE)
 
     def put(self, message: bytes) -> int | None:
         """Write a message; returns its place, or None where there is no room for it now."""

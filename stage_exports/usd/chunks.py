@@ -15,7 +15,7 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-from warp_softbody.atomic_files import replacing
+from warp_softbody.atomic_files import put_in_place, replacing
 from warp_softbody.errors import InputError, OutputError
 from warp_softbody.stage_exports.usd.claims import (
     Claim,
@@ -74,6 +74,11 @@ class ChunkFolder:
             # where the longest name made beside it is too long, this says so
             os.lstat(target.with_name(f"{folder_name(target)}.99"))
         self._require_alone(None)
+
+    @property
+    def begun(self) -> bool:
+        """Whether there is a folder."""
+        return self._claim is not None
 
     def begin(self) -> None:
         """Make a folder for the chunks and hold it; harmless when there is one.
@@ -151,6 +156,8 @@ class ChunkFolder:
 
     def leave(self) -> None:
         """Let go of the folder, so that `recover` finds it; delete it if it holds no frame."""
+        if self._crate is not None:
+            self._crate.close()
         if self._claim is not None:
             abandon(self._claim)
             self._claim = None
@@ -186,9 +193,11 @@ class ChunkFolder:
         if identity(self.target) not in (None, self._before):
             raise OSError("another was written there since this take began")
         if self._grows and self._crate is not None:
-            with _placed(self._folder, self.target) as path:
+            with USD:
+                keep_textures(self.target.parent, kept_textures(self._folder))
                 self._crate.finish()
-                os.rename(self._folder / GROWN, path)
+            # stands where only the owner may enter and the names go with it
+            put_in_place(self._folder / GROWN, self.target)
         else:
             self._keep(first_frame, last)
             merged(self._folder, self.target, trusted=True)

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pxr import Sdf, UsdUtils
+from pxr import Sdf
 
 from warp_softbody.stage_exports.conventions import TRANSLATION
 from warp_softbody.stage_exports.usd.crate_integers import LEAST, compressed
@@ -220,12 +220,11 @@ def _example(static: Any, series: Sequence[Series]) -> Any:
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.TransferContent(static)
     layer.startTimeCode, layer.endTimeCode = FIRST, LAST
+    samples = SampleLayer(layer)
     for number, one in enumerate(series):
-        sample = SampleLayer()
         first = one.values[0]
         # longer arrays are packed
         short = first if one.attribute == TRANSLATION else first[:1]
-        sample.add([_mark(number)], [one._replace(values=[short])])
-        UsdUtils.StitchLayers(layer, sample.layer)
+        samples.add([_mark(number)], [one._replace(values=[short])])
     layer.startTimeCode, layer.endTimeCode = FIRST, LAST
     return layer

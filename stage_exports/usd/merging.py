@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from pxr import Sdf, Tf, UsdUtils
+from pxr import Sdf, Tf
 
 from warp_softbody.errors import InputError
 from warp_softbody.stage_exports.usd import watchdog
@@ -101,6 +103,9 @@ def _begin(merged: Any, home: Path, groups: list[list[Path]]) -> None:
 
 
 def _stitch(merged: Any, group: list[Path]) -> None:
+    # loading it takes longer than most stages, which are not merged at all
+    from pxr import UsdUtils
+
     # all stay open until the layer is written, as it takes their arrays without copying them
     layers = [opened(chunk) for chunk in group]
     for layer in layers:
@@ -146,16 +151,29 @@ def export(layer: Any, target: str, textures: Mapping[str, bytes] | None = None)
 
 
 def _pack(inner: Path, target: Path, textures: Mapping[str, bytes]) -> None:
-    """Put a layer and its textures into an uncompressed archive of the kind that .usdz is."""
+    """Put a layer and its textures into an uncompressed archive of the kind that .usdz is.
+
+    It tells when its files were written; all are given one time, so that the archive of the same
+    files is the same.
+    """
     archive = Sdf.ZipFileWriter.CreateNew(str(target))
+    _date(inner)
     added = [archive.AddFile(str(inner), inner.name)]
     with TemporaryDirectory(dir=target.parent) as folder:
         keep_textures(Path(folder), textures)
-        added += [archive.AddFile(str(Path(folder) / name), name) for name in textures]
+        for name in textures:
+            _date(Path(folder) / name)
+            added.append(archive.AddFile(str(Path(folder) / name), name))
     archive.Save()
     inner.unlink()
     if not all(added):
         raise OSError("USD could not pack the layer")
+
+
+def _date(path: Path) -> None:
+    """Let a file seem to be of the first hour, here, that an archive can tell."""
+    first = time.mktime((1980, 1, 1, 0, 0, 0, 0, 1, -1))
+    os.utime(path, (first, first))
 
 
 def reason(error: BaseException) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Sdf
 
 from warp_softbody.stage_exports import conventions
-from warp_softbody.stage_exports.bodies import StagedBody
+from warp_softbody.stage_exports.bodies import StagedBody, rest_frame
 from warp_softbody.stage_exports.camera import Camera
 from warp_softbody.stage_exports.usd import usd_arrays as values
 from warp_softbody.stage_exports.usd.series import Series, body_series
@@ -53,10 +53,10 @@ class TimedFrame(NamedTuple):
 class SampleLayer:
     """Overs of the moving attributes of a run of frames, which may come in parts."""
 
-    def __init__(self) -> None:
-        """Hold no frame yet."""
+    def __init__(self, layer: Any = None) -> None:
+        """Hold no frame yet, or what a layer holds."""
         self._places: dict[tuple[str, str], Any] = {}
-        self.layer: Any = Sdf.Layer.CreateAnonymous(".usda")
+        self.layer: Any = Sdf.Layer.CreateAnonymous(".usda") if layer is None else layer
 
     def add(self, codes: Sequence[float], series: Sequence[Series]) -> None:
         """Store further frames, and the first and last time code in the layer's clock.
@@ -76,7 +76,8 @@ class SampleLayer:
         known = self._places.get((prim, name))
         if known is None:
             over = Sdf.CreatePrimInLayer(self.layer, prim)
-            known = self._places[prim, name] = Sdf.AttributeSpec(over, name, _TYPES[name]).path
+            held = over.attributes.get(name) or Sdf.AttributeSpec(over, name, _TYPES[name])
+            known = self._places[prim, name] = held.path
         return known
 
 
@@ -93,3 +94,8 @@ def all_series(bodies: Sequence[StagedBody], frames: Sequence[TimedFrame]) -> li
         for one in body_series(body, [body.share(own.frame) for own in frames]):
             series.append(one._replace(prim=f"{path}/{one.prim}"))
     return series
+
+
+def rest_series(bodies: Sequence[StagedBody], camera: Camera | None) -> list[Series]:
+    """The same series of one frame in which all rests, with a camera if that moves."""
+    return all_series(bodies, [TimedFrame(0.0, rest_frame(bodies), camera)])

@@ -22,7 +22,7 @@ from warp_softbody.stage_exports.usd.chunks import USD, ChunkFolder
 from warp_softbody.stage_exports.usd.frame_checks import checked_time_code, owned
 from warp_softbody.stage_exports.usd.merging import reason
 from warp_softbody.stage_exports.usd.physics_names import PROFILES, Profile
-from warp_softbody.stage_exports.usd.samples import SampleLayer, TimedFrame, all_series
+from warp_softbody.stage_exports.usd.samples import SampleLayer, TimedFrame, all_series, rest_series
 from warp_softbody.stage_exports.usd.scene_checks import checked_metadata, checked_static_layer
 from warp_softbody.stage_exports.usd.series import Series
 from warp_softbody.stage_exports.usd.skin_looks import texture_files
@@ -90,6 +90,7 @@ class StageWriter:
         self._static: Any = checked_static_layer(
             scene, self._bodies, self._fps, kept, view, physics, self._path
         )
+        self._at_rest = rest_series(self._bodies, view if self._camera.moves else None)
         self._chunks = ChunkFolder(self._path, overwrite=overwrite)
         self._pending: list[TimedFrame] = []
         self._stored = 0
@@ -135,6 +136,8 @@ class StageWriter:
             if self._closed:
                 return
             with self._closing():
+                if self._chunks.begun:
+                    self._prepare()
                 self._settle()
                 self._chunks.to_disk()
                 if 2 * self._waiting >= self._chunk_frames:
@@ -220,14 +223,20 @@ class StageWriter:
     def _view(self, time_code: float, frame: Frame) -> Camera:
         return self._camera.at(time_code / self._fps, frame.positions)
 
+    def _prepare(self) -> None:
+        """Store what does not move, and begin the stage, which needs no frame."""
+        if self._static is None:
+            return
+        textures = texture_files(self._bodies, FOLDER.format(self._path.stem))
+        self._chunks.start(self._static, textures)
+        self._chunks.grow(0, [], self._at_rest)
+        self._static = None
+
     def _settle(self) -> None:
         """Convert what waits. The frames are let go last, so that an interrupt here loses none."""
         if not self._pending:
             return
-        if self._static is not None:
-            textures = texture_files(self._bodies, FOLDER.format(self._path.stem))
-            self._chunks.start(self._static, textures)
-            self._static = None
+        self._prepare()
         codes = [own.time_code for own in self._pending]
         series = all_series(self._bodies, self._pending)
         self._chunks.grow(self._frames, codes, series)

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -86,6 +87,12 @@ def told(case: str, path: Path) -> None:
     scene = tet()
     if case == "not finite":
         write(beside.stage_writer(path, scene), spoilt("velocities", np.full((4, 3), np.nan)))
+    elif case == "last not finite":
+        # of which the run hears at the end
+        write(
+            beside.stage_writer(path, scene),
+            islice(spoilt("velocities", np.full((4, 3), np.nan)), 8),
+        )
     elif case == "not later":
         write(beside.stage_writer(path, scene), spoilt("time", 6 / 30))
     elif case == "bad metadata":

@@ -77,6 +77,7 @@ SENTENCES = {
     "same, large": "",
     "nothing": "",
     "not finite": "InputError: frame 7: velocities holds a number that is not finite",
+    "last not finite": "InputError: frame 7: velocities holds a number that is not finite",
     "not later": "InputError: frame 7 at",
     "bad metadata": "InputError: metadata 'when'",
     "killed": "OutputError: .*the process that wrote it has ended",
@@ -109,7 +110,10 @@ def test_the_stage_is_the_same_to_the_last_bit(runs: Path, tmp_path: Path, case:
     assert [path.name for path in (runs / case).iterdir()] == ["beside.usdc"]
 
 
-@pytest.mark.parametrize(("case", "count"), [("not finite", 7), ("not later", 7), ("closed", 3)])
+@pytest.mark.parametrize(
+    ("case", "count"),
+    [("not finite", 7), ("last not finite", 7), ("not later", 7), ("closed", 3)],
+)
 def test_frames_before_a_mistake_are_kept(runs: Path, case: str, count: int) -> None:
     assert len(read_take(runs / case / "beside.usdc")) == count
     assert validate(runs / case / "beside.usdc") == []

@@ -79,6 +79,24 @@ def test_long_takes_are_merged_part_by_part(
     assert validate(parts) == validate(whole)
 
 
+def test_a_stage_begun_before_its_frames_is_the_same(
+    scene: Scene, make_frames: Any, tmp_path: Path
+) -> None:
+    """And goes with its folder where no frame comes."""
+    begun, not_begun = tmp_path / "begun.usdc", tmp_path / "not_begun.usdc"
+    for path in (begun, not_begun):
+        with StageWriter(path, scene) as stage:
+            if path == begun:
+                stage.settle()
+                assert (tmp_path / ".begun.usdc.chunks" / "grown.usdc").exists()
+            for frame in make_frames(scene, 3):
+                stage.write(frame)
+    assert begun.read_bytes() == not_begun.read_bytes()
+    with StageWriter(tmp_path / "empty.usdc", scene) as stage:
+        stage.settle()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["begun.usdc", "not_begun.usdc"]
+
+
 @pytest.mark.parametrize("kind", [RuntimeError, KeyboardInterrupt])
 def test_an_interrupted_take_is_a_valid_stage(
     scene: Scene, make_frames: Any, tmp_path: Path, kind: type[BaseException]
