@@ -47,6 +47,12 @@ GAP = 1e-2
 PROXIMAL_STEPS = 60
 """Most steps of the proximal point method."""
 
+NEGLIGIBLE = (1e-5, 1e-3)
+"""Shares of the largest weight below which those of an interior point method are taken for zero."""
+
+BALANCINGS = 3
+"""Corrections of weights: each may open slopes of variables that are bounded on one side."""
+
 LARGEST = 400
 """Variables above which dense second opinions would take too long."""
 
@@ -96,7 +102,7 @@ class CertifiedSolver:
         if nearest is None or time.perf_counter() >= self.deadline:
             return unsolved
         if nearest.value > NO_MISS:
-            proved = proves_infeasible(problem, nearest.multipliers)
+            proved = _proved(problem, nearest.multipliers)
             return replace(unsolved, status=QPStatus.INFEASIBLE) if proved else unsolved
         ray = falling_ray(problem, self._left())
         if ray is not None:
@@ -196,24 +202,37 @@ def falling_ray(problem: QPProblem, time_limit: float = np.inf) -> FloatArray | 
 
 def _proved(problem: QPProblem, weights: QPMultipliers) -> bool:
     """Whether weights prove that there is no point, as they are or less their rounding."""
-    return proves_infeasible(problem, weights) or proves_infeasible(
-        problem, _balanced(problem, weights)
-    )
+    if proves_infeasible(problem, weights):
+        return True
+    for share in NEGLIGIBLE:
+        balanced = _balanced(problem, weights, share)
+        if balanced is not None and proves_infeasible(problem, balanced):
+            return True
+    return False
 
 
-def _balanced(problem: QPProblem, weights: QPMultipliers) -> QPMultipliers:
-    """The same weights with those of no account zero, and no slope in variables without bounds."""
+def _balanced(problem: QPProblem, weights: QPMultipliers, share: float) -> QPMultipliers | None:
+    """The same weights without slope towards where variables have no bound.
+
+    Those of rows below a share of the largest are zero; None where too little is left.
+    """
     equations = len(problem.b)
     both = np.concatenate([weights.equalities, weights.rows])
-    kept = np.concatenate(
-        [np.ones(equations, bool), weights.rows > 1e-5 * weights.rows.max(initial=0.0)]
-    )
-    free = np.isinf(problem.lower) & np.isinf(problem.upper)
-    matrix = to_dense(stack_rows([problem.A, problem.G]))[kept][:, free]
-    both = np.where(kept, both, 0.0)
-    if matrix.size:
-        both[kept] -= matrix @ np.linalg.lstsq(matrix, both[kept], rcond=None)[0]
-    return replace(weights, equalities=both[:equations], rows=np.maximum(both[equations:], 0.0))
+    size = float(np.abs(both).max(initial=0.0))
+    if not 0.0 < size < np.inf:
+        return None
+    kept = np.abs(both) > share * size
+    both = np.where(kept, both / size, 0.0)
+    matrix = to_dense(stack_rows([problem.A, problem.G]))[kept]
+    for _ in range(BALANCINGS):
+        slope = both[kept] @ matrix
+        endless = np.isinf(np.where(slope > 0.0, problem.upper, problem.lower))
+        endless &= slope != 0.0
+        if endless.any():
+            columns = matrix[:, endless]
+            both[kept] -= columns @ np.linalg.lstsq(columns, both[kept], rcond=1e-12)[0]
+        both[equations:] = np.maximum(both[equations:], 0.0)
+    return replace(weights, equalities=both[:equations], rows=both[equations:])
 
 
 def _verified_vertex(problem: QPProblem, vertex: LPSolution) -> QPSolution:

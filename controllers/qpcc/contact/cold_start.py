@@ -10,7 +10,11 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.controllers.qp.certified import CertifiedSolver
 from warp_softbody.controllers.qp.problem import QPStatus
 from warp_softbody.controllers.qpcc.contact.complementarity_form import force_map, to_general
-from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
+from warp_softbody.controllers.qpcc.contact.forward_lcp import (
+    block_gauss_seidel,
+    by_lemke,
+    forward_contact,
+)
 from warp_softbody.controllers.qpcc.contact.local_search import ContactSearch, LocalMinimum
 from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
 from warp_softbody.controllers.qpcc.general.penalty import SCHEDULES, close_pairs
@@ -56,7 +60,10 @@ def cold_minima(
     if not search.scaled.problem.contact_count or search.spent:
         return ColdStart(list(found.values()))
     if not found:
-        forward = forward_contact(search.scaled, controls)
+        known = forward_point(search, controls)
+        if known.infeasible:
+            return ColdStart([], np.inf, infeasible=True)
+        forward = known.forward
         _descend(search, None if forward is None else search.visit(forward[0]), found)
     minima = list(found.values())
     if minima:
@@ -81,10 +88,42 @@ def relaxation_bound(search: ContactSearch) -> float:
 
     It is not asked for without contacts, where the problem is a convex QP.
     """
+    return _relaxation(search).bound
+
+
+@dataclass(frozen=True)
+class ForwardPoint:
+    """A solution of the forward contact problem, or why there is none.
+
+    Attributes:
+        forward: modes and scaled forces (3K,) at given controls; None where none was found.
+        infeasible: whether no controls have a consistent point, certified.
+    """
+
+    forward: tuple[tuple[int, ...], FloatArray] | None
+    infeasible: bool = False
+
+
+def forward_point(search: ContactSearch, controls: FloatArray) -> ForwardPoint:
+    """Forces that obey the contact law at scaled controls.
+
+    Where Lemke's method finds none the relaxation is asked first whether there can be one: block
+    Gauss-Seidel takes long to give up.
+    """
+    scaled, deadline = search.scaled, search.deadline
+    found = by_lemke(scaled, controls)
+    if found is None and not search.spent:
+        if _relaxation(search).infeasible:
+            return ForwardPoint(None, infeasible=True)
+        found = block_gauss_seidel(scaled, controls, deadline)
+    return ForwardPoint(found)
+
+
+def _relaxation(search: ContactSearch) -> ColdStart:
     general, start = _general(search, _size(search)), ColdStart([])
     _relax(search, general, start)
     search.scaled.qp_count += general.qp_count
-    return start.bound
+    return start
 
 
 def _general(search: ContactSearch, size: FloatArray) -> ScaledQPCC:
@@ -98,7 +137,7 @@ def _relax(search: ContactSearch, general: ScaledQPCC, start: ColdStart) -> None
     if search.spent:
         return
     certifier = CertifiedSolver()
-    certifier.deadline = search.started + search.options.time_limit
+    certifier.deadline = search.deadline
     relaxed = general.solve(np.full(len(general.l0), OPEN, np.int8), qp_solver=certifier)
     start.infeasible = relaxed.status is QPStatus.INFEASIBLE
     start.bound = general.value_scale * relaxed.bound + general.problem.c0
@@ -166,6 +205,6 @@ def _nearest(
     modes = tuple(int(mode) for mode in violation.argmin(axis=1))
     minimiser = search.visit(modes)
     if minimiser is None:
-        forward = forward_contact(scaled, controls)
+        forward = forward_contact(scaled, controls, deadline=search.deadline)
         minimiser = None if forward is None else search.visit(forward[0])
     return minimiser

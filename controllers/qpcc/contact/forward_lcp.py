@@ -10,6 +10,9 @@ the perturbation again.
 
 from __future__ import annotations
 
+import math
+import time
+
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
@@ -87,17 +90,31 @@ def _pivot(tableau: FloatArray, row: int, column: int) -> None:
 
 
 def forward_contact(
-    scaled: ScaledContactQPCC, controls: FloatArray
+    scaled: ScaledContactQPCC,
+    controls: FloatArray,
+    *,
+    deadline: float = math.inf,
 ) -> tuple[tuple[int, ...], FloatArray] | None:
     """Modes and scaled forces (3K,) that obey the contact law at fixed scaled controls.
 
-    None if no method finds a consistent point.
+    None if no method finds a consistent point. Lemke's method, which costs about a QP, is tried in
+    any case, block Gauss-Seidel only until the ``deadline`` on ``time.perf_counter``.
     """
+    found = by_lemke(scaled, controls)
+    if found is None:
+        found = block_gauss_seidel(scaled, controls, deadline)
+    return found
+
+
+def by_lemke(
+    scaled: ScaledContactQPCC, controls: FloatArray
+) -> tuple[tuple[int, ...], FloatArray] | None:
+    """The same by Lemke's method alone."""
     k = scaled.problem.contact_count
     matrix, offset = _contact_lcp(scaled, controls)
     solution = lemke(matrix, offset)
     if solution is None:
-        return _block_gauss_seidel(scaled, controls)
+        return None
     blocks = solution.reshape(k, len(scaled.problem.directions) + 2)
     own = scaled.problem
     force = np.empty((k, 3))
@@ -107,11 +124,9 @@ def forward_contact(
     violation = scaled.table.violation(points)
     modes = tuple(int(mode) for mode in np.argmin(violation, axis=1))
     exact = _verified(scaled, controls, modes)
-    if exact is not None:
-        return exact
-    if np.max(np.min(violation, axis=1), initial=0.0) <= 1e-7:
-        return modes, force.reshape(-1)
-    return _block_gauss_seidel(scaled, controls)
+    if exact is None and np.max(np.min(violation, axis=1), initial=0.0) <= 1e-7:
+        exact = modes, force.reshape(-1)
+    return exact
 
 
 def _verified(
@@ -146,8 +161,12 @@ def _contact_lcp(scaled: ScaledContactQPCC, controls: FloatArray) -> tuple[Float
     return matrix, rows @ (scaled.free_velocity[:, 0] + scaled.free_velocity[:, 1:] @ controls)
 
 
-def _block_gauss_seidel(
-    scaled: ScaledContactQPCC, controls: FloatArray, *, sweeps: int = 200
+def block_gauss_seidel(
+    scaled: ScaledContactQPCC,
+    controls: FloatArray,
+    deadline: float = math.inf,
+    *,
+    sweeps: int = 200,
 ) -> tuple[tuple[int, ...], FloatArray] | None:
     """Block Gauss-Seidel over the contacts, each solved by trying all its modes."""
     k, table = scaled.problem.contact_count, scaled.table
@@ -155,6 +174,8 @@ def _block_gauss_seidel(
     start = scaled.free_velocity[:, 0] + scaled.free_velocity[:, 1:] @ controls
     for _ in range(sweeps):
         for i in range(k):
+            if time.perf_counter() >= deadline:
+                return None
             own = slice(3 * i, 3 * i + 3)
             others = start[own] + scaled.delassus[own] @ force.reshape(-1)
             block = scaled.delassus[own, own]

@@ -70,9 +70,14 @@ class ContactSearch:
         return self.scaled.qp_count
 
     @property
+    def deadline(self) -> float:
+        """When the limit of time ends, on ``time.perf_counter``."""
+        return self.started + self.options.time_limit
+
+    @property
     def spent(self) -> bool:
         """Whether the budget of QPs or time is used up."""
-        late = time.perf_counter() - self.started >= self.options.time_limit
+        late = time.perf_counter() >= self.deadline
         return self.qp_count >= self.options.max_qps or late
 
     def visit(self, modes: tuple[int, ...], limit: float = math.inf) -> ModeMinimiser | None:

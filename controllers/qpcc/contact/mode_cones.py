@@ -20,6 +20,10 @@ COLLINEAR = 1e-12
 """Twice the area of a triangle, over the square of the farthest corner's distance, up to which its
 middle corner lies on the line between the others."""
 
+SLIM = 1e-3
+"""Friction below which rows on the force of a cone are scaled up with its width: over unit rows
+forces that pull on the ground by the tolerance over the friction would be inside."""
+
 
 class ModeCones(NamedTuple):
     """Arrays as in ``ModeTable``; ``equalities`` (K, M, 3, 6) are unit rows zero on the cone."""
@@ -56,6 +60,11 @@ def frictional_cones(radius: FloatArray, directions: bytes) -> ModeCones:
     cones.rays[:, 1, :m, :3] = cones.rays[:, slide, 0, :3] = cones.rays[:, edge, 0, :3] = rays
     cones.rays[:, edge, 1, :3] = rays[:, following]
     _fill_facets(cones, corners)
+    slim = radius.min(axis=1) < SLIM
+    if slim.any():
+        width = radius.max(axis=1)[slim, None, None, None]
+        cones.inequalities[slim, 1:2, :, :3] /= width
+        cones.inequalities[slim, edge, :2, :3] /= width
     return cones
 
 

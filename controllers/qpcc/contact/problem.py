@@ -27,7 +27,7 @@ from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import FrozenValue, unchecked
 
-MOST_FRICTION = 1e4
+MOST_FRICTION = 1e3
 """Friction beyond which cones are half spaces but for rounding, which would be all that is left."""
 
 SYMMETRY_TOLERANCE = 1e-3
@@ -77,7 +77,7 @@ class ContactQPCC(FrozenValue):
         velocity_from_controls: Wu, (3K, nu).
         velocity_from_forces: Wf, (3K, 3K), the Delassus matrix, symmetric up to rounding.
         friction: mu, (K,), >= 0, or one number for all contacts. Beyond `MOST_FRICTION` it is taken
-            for that: the force then leaves the normal by less than 0.01 degrees of a right angle.
+            for that: the force then leaves the normal by less than 0.06 degrees of a right angle.
         directions: d_j, (m, 2) unit vectors ordered by angle, no gap of half a turn or more.
         factors: S, (K, m), > 0, on the friction by the direction of the force; default ones.
         squares: N, (r, nu + 3K), with ``Q = diag(d, 0) + N'N`` for a diagonal d over the controls,

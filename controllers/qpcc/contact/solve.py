@@ -10,9 +10,13 @@ import numpy as np
 
 from warp_softbody.arrays import BoolArray, FloatArray
 from warp_softbody.controllers.qp.daqp import DAQPSolver
-from warp_softbody.controllers.qpcc.contact.cold_start import cold_minima, relaxation_bound
+from warp_softbody.controllers.qpcc.contact.cold_start import (
+    ForwardPoint,
+    cold_minima,
+    forward_point,
+    relaxation_bound,
+)
 from warp_softbody.controllers.qpcc.contact.complementarity_form import full_point, scaled_residual
-from warp_softbody.controllers.qpcc.contact.forward_lcp import forward_contact
 from warp_softbody.controllers.qpcc.contact.kkt_residual import kkt_residual
 from warp_softbody.controllers.qpcc.contact.local_search import ContactSearch, LocalMinimum
 from warp_softbody.controllers.qpcc.contact.mode_minimiser import ModeMinimiser
@@ -55,10 +59,10 @@ def solve_contact(
     else:
         minima = warm_minima(search, start, static, others)
     if not minima:
-        forward = forward_contact(search.scaled, controls)
-        root = None if forward is None else search.visit(forward[0])
+        known = forward_point(search, controls)
+        root = None if known.forward is None else search.visit(known.forward[0])
         if root is None:
-            return _forward_result(search, controls, forward)
+            return _forward_result(search, controls, known)
         minima = [search.descend(root)]
     best = search.lowest(minima)
     held = start is not None and best.minimiser.modes == tuple(start)
@@ -83,7 +87,7 @@ def solve_contact_static(
     controls = _scaled_controls(search.scaled, fallback_controls)
     minimiser = search.visit(static_modes(search, touching))
     if minimiser is None:
-        return _forward_result(search, controls, forward_contact(search.scaled, controls))
+        return _forward_result(search, controls, forward_point(search, controls))
     return _finish(search, minimiser, QPCCStatus.STATIC)
 
 
@@ -103,7 +107,8 @@ def enumerate_contact(problem: ContactQPCC, time_limit: float) -> QPCCResult:
         if minimiser is not None and (best is None or minimiser.value < best.value):
             best = minimiser
     if best is None:
-        return _forward_result(search, _scaled_controls(search.scaled, None), None)
+        controls = _scaled_controls(search.scaled, None)
+        return _forward_result(search, controls, forward_point(search, controls))
     return _finish(search, best, QPCCStatus.BUDGET if search.spent else QPCCStatus.GLOBAL)
 
 
@@ -135,15 +140,13 @@ def _status(minimum: LocalMinimum) -> QPCCStatus:
     return QPCCStatus.NO_IMPROVING_FLIP if minimum.complete else QPCCStatus.BUDGET
 
 
-def _forward_result(
-    search: ContactSearch, controls: FloatArray, forward: tuple[tuple[int, ...], FloatArray] | None
-) -> QPCCResult:
+def _forward_result(search: ContactSearch, controls: FloatArray, known: ForwardPoint) -> QPCCResult:
     """The solution of the forward contact problem, which ignores the objective."""
-    scaled = search.scaled
-    count = scaled.problem.contact_count
-    forward = forward or forward_contact(scaled, controls)
-    status = QPCCStatus.NO_POINT if forward is None else QPCCStatus.FALLBACK_LCP
-    modes, force = forward or ((LIFT,) * count, np.zeros(3 * count))
+    if known.infeasible:
+        return _without_point(search, controls)
+    count = search.scaled.problem.contact_count
+    status = QPCCStatus.NO_POINT if known.forward is None else QPCCStatus.FALLBACK_LCP
+    modes, force = known.forward or ((LIFT,) * count, np.zeros(3 * count))
     minimiser = _pointless(search, modes, controls, force)
     return _finish(search, minimiser, status)
 

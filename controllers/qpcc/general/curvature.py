@@ -6,12 +6,12 @@ direction that keeps the active rows the objective may curve down.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.problem import QPProblem
+from warp_softbody.controllers.qp.problem import QPProblem, QPSolver, QPStatus, polish
 from warp_softbody.controllers.qp.sparse_or_dense import to_dense
 from warp_softbody.controllers.qpcc.general.piece_solution import PieceSolution
 
@@ -24,6 +24,9 @@ ON = 1e-8
 PULLED = 1e-7
 """Multipliers above this hold the point on their row: no descent leads off it at first order."""
 
+
+NO_RAY = 1e-3
+"""Size of a way's part within the cone of rays, over its own, that is none."""
 
 FAR_OFF = 1e4
 """Scaled distance of a point that seems to be on its way to infinity."""
@@ -99,6 +102,31 @@ def drifts(hessian: FloatArray, program: QPProblem, x: FloatArray) -> FloatArray
         return None
     curve = float(way @ hessian @ way)
     return way if curve < -CURVED * float(np.abs(way) @ np.abs(hessian) @ np.abs(way)) else None
+
+
+def recession_ray(
+    hessian: FloatArray, program: QPProblem, way: FloatArray, solver: QPSolver
+) -> FloatArray | None:
+    """The ray of a piece that is nearest to a way, if the objective curves down along it."""
+    size = float(np.abs(way).max())
+    if not 0.0 < size < np.inf:
+        return None
+    cone = replace(
+        program,
+        P=np.eye(len(way)),
+        c=-way / size,
+        A=to_dense(program.A),
+        b=np.zeros_like(program.b),
+        G=to_dense(program.G),
+        h=np.zeros_like(program.h),
+        lower=np.where(np.isfinite(program.lower), 0.0, -np.inf),
+        upper=np.where(np.isfinite(program.upper), 0.0, np.inf),
+    )
+    nearest = polish(cone, solver.solve(cone))
+    length = float(np.abs(nearest.x).max())
+    if nearest.status is not QPStatus.SOLVED or not length > NO_RAY:
+        return None
+    return drifts(hessian, program, nearest.x * (2.0 * FAR_OFF / length))
 
 
 def _null_space(rows: FloatArray) -> FloatArray:

@@ -29,7 +29,7 @@ from warp_softbody.controllers.qp.sparse_or_dense import (
     to_dense,
 )
 from warp_softbody.controllers.qpcc.general.convex_concave import convex_concave_split
-from warp_softbody.controllers.qpcc.general.curvature import FAR_OFF, drifts
+from warp_softbody.controllers.qpcc.general.curvature import FAR_OFF, drifts, recession_ray
 from warp_softbody.controllers.qpcc.general.equilibration import Equilibration
 from warp_softbody.controllers.qpcc.general.piece_solution import (
     LEFT,
@@ -45,6 +45,19 @@ CONCAVE_STEPS = 30
 
 PROXIMAL_WEIGHT = 1e-4
 """Scaled weight of the proximal term of a QP that is unbounded without one."""
+
+FADING = 0.1
+"""Factor from one proximal weight to the next where the QP without one falls for ever."""
+
+LEAST_WEIGHT = 1e-8
+"""Proximal weight at which such steps end."""
+
+POLISH_RANKS = (1e-10, 1e-6, 1e-3)
+"""Singular values of the active rows, relative to the largest, that count when projecting on them;
+the next one where the step is too long."""
+
+POLISH_STEP = 1e-5
+"""Longest step of that projection: it shall remove residuals and not choose another point."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +173,11 @@ class ScaledQPCC:
         piece = self._solve_once(solver, sides, linear, at, proximal)
         if self.concave_part is None:
             return piece
+        if proximal == 0.0 and piece.status in (QPStatus.UNSOLVED, QPStatus.UNBOUNDED):
+            # the slope of the concave part alone may fall for ever
+            return self._walk(piece, linear, at, solver)
         program = self.program(sides, linear, at, proximal)
+        way = piece.x - at
         for _ in range(CONCAVE_STEPS):
             ray = drifts(self.Q, program, piece.x) if proximal == 0.0 else None
             if ray is not None:
@@ -168,11 +185,38 @@ class ScaledQPCC:
             if piece.status is not QPStatus.SOLVED:
                 break
             following = self._solve_once(solver, sides, linear, piece.x, proximal)
-            settled = np.abs(following.x - piece.x).max() <= 1e-9 * (1.0 + np.abs(piece.x).max())
+            if following.status is not QPStatus.SOLVED:
+                # too far off for the QPs' accuracy, or on a slope without end
+                return piece if proximal else self._off(piece, program, way, solver)
+            way = following.x - piece.x
             piece = following
-            if settled:
+            if np.abs(way).max() <= 1e-9 * (1.0 + np.abs(piece.x).max()):
                 break
         return piece
+
+    def _walk(
+        self, failed: PieceSolution, linear: FloatArray, at: FloatArray, solver: QPSolver
+    ) -> PieceSolution:
+        """Steps with proximal terms that fade, where the linearised QP has no end."""
+        found, way, weight = failed, np.zeros_like(at), 1.0
+        while weight > LEAST_WEIGHT:
+            step = self._solve_once(solver, failed.sides, linear, at, weight)
+            if step.status is not QPStatus.SOLVED:
+                break
+            found, way, at, weight = step, step.x - at, step.x, FADING * weight
+        if found is failed:
+            return failed
+        return self._off(found, self.program(found.sides, linear, at, 0.0), way, solver)
+
+    def _off(
+        self, found: PieceSolution, program: QPProblem, way: FloatArray, solver: QPSolver
+    ) -> PieceSolution:
+        """A ray near the last way, along which the objective curves down; else the last point.
+
+        That is consistent, but need not be stationary.
+        """
+        ray = recession_ray(self.Q, program, way, solver)
+        return found if ray is None else replace(found, x=ray, status=QPStatus.UNBOUNDED)
 
     @property
     def equations(self) -> Matrix:
@@ -239,9 +283,13 @@ class ScaledQPCC:
         miss = matrix @ x + np.concatenate([*offsets, shift[active]])
         if not len(miss):
             return self.to_own_units(x)
-        step = np.linalg.lstsq(matrix[:, ~at], -miss, rcond=1e-10)[0]
         moved = x.copy()
-        moved[~at] += step
+        # Rows that are parallel but for a little meet far away: those are left out then.
+        for rank in POLISH_RANKS:
+            step = np.linalg.lstsq(matrix[:, ~at], -miss, rcond=rank)[0]
+            if np.abs(step).max(initial=0.0) <= POLISH_STEP * (1.0 + np.abs(x).max()):
+                moved[~at] += step
+                break
         return self.to_own_units(moved)
 
     def to_own_units(self, x: FloatArray) -> FloatArray:

@@ -24,28 +24,35 @@ def given_array(kind: str, name: str, value: object) -> FloatArray:
         if np.prod(shape, dtype=float) > LARGEST_DENSE:
             raise InputError(f"{kind}.{name} of shape {shape} is too large to be written out")
         value = value.toarray()
+    if np.ma.is_masked(value):
+        raise InputError(f"{kind}.{name} must have no masked numbers, which are none")
     given = array_checks.array(f"{kind}.{name}", value, None, finite=False)
     return np.array(given, np.float64, order="C")
 
 
 def check_shapes(arrays: Mapping[str, FloatArray]) -> None:
-    """Refuse arrays whose shapes do not go together."""
+    """Refuse arrays whose shapes do not go together.
+
+    ``c`` says how many variables there are, and A, G and L how many rows, where they are given.
+    """
+    if arrays["c"].ndim != 1:
+        raise InputError(f"QPCC.c must be of shape (n,), not {arrays['c'].shape}")
     count = arrays["c"].size
     expected: dict[str, tuple[int, ...]] = {
         "Q": (count, count),
-        **{name: (count,) for name in ("c", "lb", "ub")},
-        **{name: (arrays["h"].size, count) for name in ("G",)},
-        "h": (arrays["h"].size,),
-        "h_lower": (arrays["h"].size,),
-        "A": (arrays["b"].size, count),
-        "b": (arrays["b"].size,),
-        **{name: (arrays["l0"].size, count) for name in ("L", "R")},
-        **{name: (arrays["l0"].size,) for name in ("l0", "r0")},
+        "lb": (count,),
+        "ub": (count,),
     }
+    for matrix, *others in (("A", "b"), ("G", "h", "h_lower"), ("L", "l0", "R", "r0")):
+        given = arrays[matrix]
+        rows = len(given) if given.ndim else 0
+        rows = rows or max(len(arrays[name]) if arrays[name].ndim else 0 for name in others)
+        expected[matrix] = (rows, count)
+        expected.update({name: (rows, count) if name == "R" else (rows,) for name in others})
     for name, shape in expected.items():
-        given = arrays[name].shape
-        if given != shape:
-            raise InputError(f"QPCC.{name} must be of shape {shape}, not {given}")
+        given = arrays[name]
+        if given.shape != shape:
+            raise InputError(f"QPCC.{name} must be of shape {shape}, not {given.shape}")
 
 
 def check_numbers(arrays: Mapping[str, FloatArray]) -> None:
@@ -55,7 +62,8 @@ def check_numbers(arrays: Mapping[str, FloatArray]) -> None:
         wrong = np.isnan(array) if bound else ~np.isfinite(array)
         if np.any(wrong):
             place = tuple(int(i[0]) for i in np.nonzero(wrong))
-            raise InputError(f"QPCC.{name} must be finite, but it holds {array[place]} at {place}")
+            wanted = "hold numbers" if bound else "be finite"
+            raise InputError(f"QPCC.{name} must {wanted}, but it holds {array[place]} at {place}")
     for low, high, what in (("lb", "ub", "variable"), ("h_lower", "h", "row")):
         lower, upper = arrays[low], arrays[high]
         crossed = (lower > upper) | (lower == np.inf) | (upper == -np.inf)
@@ -64,9 +72,14 @@ def check_numbers(arrays: Mapping[str, FloatArray]) -> None:
             raise InputError(
                 f"QPCC.{low} and {high} of {what} {i} leave no value: {lower[i]} to {upper[i]}"
             )
-    size = float(np.abs(arrays["Q"]).max())
-    if float(np.abs(arrays["Q"] - arrays["Q"].T).max()) > 1e-6 * size:
-        raise InputError("QPCC.Q must be symmetric")
+    hessian = arrays["Q"]
+    apart = np.abs(hessian - hessian.T)
+    if float(apart.max()) > 1e-6 * float(np.abs(hessian).max()):
+        i, j = (int(k) for k in np.unravel_index(int(apart.argmax()), apart.shape))
+        raise InputError(
+            f"QPCC.Q must be symmetric, but it holds {hessian[i, j]} at ({i}, {j}) and "
+            f"{hessian[j, i]} at ({j}, {i})"
+        )
 
 
 def read_arrays(
@@ -76,6 +89,8 @@ def read_arrays(
     file = input_kinds.path(f"path of {kind}.load", path)
     try:
         with np.load(file, allow_pickle=False) as data:
+            if not isinstance(data, Mapping):
+                raise InputError("it is no .npz archive")
             values = {name: data[name] for name in names if name in data.files}
     # a file that is no archive of arrays fails in many ways
     except Exception as error:

@@ -8,8 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from warp_softbody.arrays import FloatArray
-from warp_softbody.controllers.qp.certified import CertifiedSolver
-from warp_softbody.controllers.qp.problem import EXACT, QPStatus
+from warp_softbody.controllers.qp.problem import EXACT
+from warp_softbody.controllers.qpcc.general.beginning import (
+    BRANCH_SHARE,
+    begin_anywhere,
+    new_search,
+)
 from warp_softbody.controllers.qpcc.general.branch_and_bound import LOGGER, BranchAndBound
 from warp_softbody.controllers.qpcc.general.piece_qp import ScaledQPCC
 from warp_softbody.controllers.qpcc.general.piece_solution import LEFT, PieceSolution, Sides
@@ -21,7 +25,7 @@ from warp_softbody.controllers.qpcc.general.restarts import (
     restart,
     tighten,
 )
-from warp_softbody.controllers.qpcc.general.search import FIRST_TOLERANCE, GeneralSearch
+from warp_softbody.controllers.qpcc.general.search import GeneralSearch
 from warp_softbody.controllers.qpcc.result import (
     GeneralMultipliers,
     GeneralResult,
@@ -31,29 +35,25 @@ from warp_softbody.controllers.qpcc.result import (
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import checks
 
-SMALL = 0.25
-"""Largest scaled variable of the relaxation's minimiser below which their unit is chosen anew: the
-QPs' tolerances are those of variables near one."""
-
-ZERO = 3e-4
-"""Largest scaled variable that may be zero but for the QPs' tolerance."""
+STATIONARY = 1e-6
+"""Largest residual of a stationary point: steps over an objective that is not convex may end before
+they settle."""
 
 NODES, MIDDLE, LEAST_NODES = 1200, 250, 60
 """QPs of branch and bound where variables and pairs are no more than so many; beyond that their
 number falls with the square of the size, down to the least."""
-
-BRANCH_SHARE = 0.6
-"""Share of the budget of QPs that branch and bound may use before the local search goes on."""
 
 
 def solve_general(
     problem: QPCC, start: Sequence[int] | FloatArray | None, options: SolverOptions, seed: int
 ) -> GeneralResult:
     """Search for the best point (``solve_qpcc``)."""
-    search = _search(problem, options, seed, cold=start is None)
+    search = new_search(problem, options, seed, cold=start is None)
     point, sides = _start(problem, start)
     point = None if point is None else point / search.general.variable_scale
     initialize(search, point, sides)
+    if search.best is None and search.general.concave_part is not None:
+        begin_anywhere(search)
     if options.starts:
         tighten(search)
         BranchAndBound(search).run(_branch_limit(search))
@@ -76,34 +76,13 @@ def _branch_limit(search: GeneralSearch) -> int:
 
 def enumerate_general(problem: QPCC, time_limit: float) -> GeneralResult:
     """The global minimum by branch and bound (``enumerate_qpcc``)."""
-    search = _search(problem, SolverOptions(max_qps=10**9, time_limit=time_limit), 0)
+    search = new_search(problem, SolverOptions(max_qps=10**9, time_limit=time_limit), 0)
     if search.general.concave_part is not None:
         raise InputError("enumeration needs a positive semidefinite Q")
     initialize(search, None, None)
     tighten(search)
     BranchAndBound(search).run(10**9)
     return _finish(search)
-
-
-def _search(
-    problem: QPCC, options: SolverOptions, seed: int, *, cold: bool = True
-) -> GeneralSearch:
-    """A search over the scaled problem; a cold one knows how large variables are."""
-    started = time.perf_counter()
-    tolerance = max(options.qp_tolerance, FIRST_TOLERANCE)
-    qp_solver = CertifiedSolver(tolerance, thorough=False)
-    qp_solver.deadline = started + options.time_limit
-    search = GeneralSearch(ScaledQPCC(problem, qp_solver), options, seed, started)
-    if not cold or search.spent():
-        return search
-    relaxed = search.relaxed()
-    largest = float(np.abs(relaxed.x).max())
-    if relaxed.status is not QPStatus.SOLVED or not ZERO < largest < SMALL or search.spent():
-        return search
-    unit = float(np.exp2(np.ceil(np.log2(largest))))
-    closer = ScaledQPCC(problem, qp_solver, unit=unit)
-    closer.qp_count = search.general.qp_count
-    return GeneralSearch(closer, options, seed, started)
 
 
 def _start(
@@ -141,6 +120,8 @@ def _finish(search: GeneralSearch) -> GeneralResult:
             multipliers = _multipliers(general, best)
             stationarity = _stationarity(general, x, multipliers, sides)
     off, out = problem.complementarity(x), problem.feasibility(x)
+    if status is QPCCStatus.STRONGLY_STATIONARY and not stationarity <= STATIONARY:
+        status = QPCCStatus.NO_IMPROVING_FLIP
     if not max(off, out) <= search.options.tolerance and status.usable:
         status = QPCCStatus.INACCURATE
     objective = problem.objective(x)

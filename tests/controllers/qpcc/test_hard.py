@@ -104,6 +104,35 @@ def test_extreme_friction_against_enumeration(friction: float) -> None:
         np.testing.assert_allclose(result.objective, reference.objective, rtol=1e-5, atol=1e-7)
 
 
+@pytest.mark.parametrize("friction", [1e-8, 1e-6, 1e-4])
+def test_slim_cones_let_no_contact_pull(friction: float) -> None:
+    """Little friction changes little, and least of all the sign of a normal force."""
+    for seed in range(6):
+        plain = soft_body(seed, contacts=2, controls=6, directions=4)
+        none = enumerate_qpcc(replace(plain, friction=np.zeros(2)))
+        problem = replace(plain, friction=np.full(2, friction))
+        for found in (enumerate_qpcc(problem), solve_qpcc(problem)):
+            assert found.status is not QPCCStatus.INACCURATE and found.complementarity < 1e-8
+            assert found.forces[:, 0].min() >= -1e-8 * problem.scales[1]
+        least = enumerate_qpcc(problem).objective
+        np.testing.assert_allclose(least, none.objective, atol=1e3 * friction + 1e-7, rtol=1e-6)
+
+
+def test_a_contact_that_nothing_opens_is_infeasible_at_once() -> None:
+    for contacts in (1, 2, 8):
+        plain = soft_body(1, contacts=contacts, controls=6, directions=4)
+        falling = plain.velocity_offset.copy()
+        falling[0] = -1e3
+        held = plain.velocity_from_forces.copy()
+        held[:3], held[:, :3] = 0.0, 0.0
+        stuck = replace(plain, velocity_offset=falling, velocity_from_forces=held)
+        for start in (None, (1,) * contacts):
+            found = solve_qpcc(stuck, start=start)
+            assert found.status is QPCCStatus.INFEASIBLE and found.qp_count <= 4
+        if contacts <= 2:
+            assert enumerate_qpcc(stuck).status is QPCCStatus.INFEASIBLE
+
+
 def test_a_singular_objective_gives_consistent_points() -> None:
     for seed in range(4):
         problem = soft_body(seed, contacts=2, controls=30, directions=4)

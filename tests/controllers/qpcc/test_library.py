@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -111,3 +112,18 @@ def test_a_casadi_problem_with_pairs() -> None:
 def test_casadi_problems_without_casadi_are_refused_with_a_sentence() -> None:
     with pytest.raises(InputError, match="from_casadi"):
         from_casadi({})
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"c": [[0.0], [1.0]]}, r"QPCC\.c must be of shape \(n,\), not \(2, 1\)"),
+        ({"A": [[1.0, 1.0]]}, r"QPCC\.b must be of shape \(1,\), not \(0,\)"),
+        ({"lb": [np.nan, 0.0]}, r"QPCC\.lb must hold numbers, but it holds nan at \(0,\)"),
+        ({"Q": [[1.0, 2.0], [0.0, 1.0]]}, r"symmetric, but it holds 2\.0 at \(0, 1\) and 0\.0"),
+        ({"c": np.ma.array([0.0, 1.0], mask=[False, True])}, "masked"),
+    ],
+)
+def test_the_sentence_names_the_array_at_fault(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        QPCC(**({"Q": np.eye(2), "c": np.zeros(2)} | changes))

@@ -65,6 +65,63 @@ def test_a_saddle_is_left_for_a_minimum_or_a_ray() -> None:
     np.testing.assert_allclose(solve_qpcc(boxed).objective, -4.5, rtol=1e-8)
 
 
+@pytest.mark.parametrize("angle", [1e-4, 1e-6, 1e-8])
+def test_rows_that_meet_far_away_prove_nothing(angle: float) -> None:
+    """Rows x + y >= 1 and x + (1 + angle) y <= 0 meet at y = -1 / angle and beyond."""
+    rows = [[1.0, 1.0], [1.0, 1.0 + angle]]
+    ends = {"G": rows, "h": [np.inf, 0.0], "h_lower": [1.0, -np.inf]}
+    found = solve_qpcc(qpcc(Q=np.eye(2), c=np.zeros(2), L=[[1.0, 0.0]], R=[[0.0, 0.0]], **ends))
+    assert found.status is not QPCCStatus.INFEASIBLE
+    parallel = {**ends, "G": [rows[0], rows[0]]}
+    assert solve_qpcc(qpcc(Q=np.eye(2), c=np.zeros(2), **parallel)).status is QPCCStatus.INFEASIBLE
+
+
+def test_a_point_between_nearly_parallel_rows_stays_where_its_qp_put_it() -> None:
+    """Two rows apart by 1e-6: projected on both, the point went a third of its size away."""
+    row = np.array([0.746, 0.17, -1.464, -0.374])
+    problem = qpcc(
+        Q=0.01 * np.eye(4)
+        + [
+            [0.318, 0.259, 0.175, -0.026],
+            [0.259, 0.309, -0.119, -0.006],
+            [0.175, -0.119, 0.941, 0.081],
+            [-0.026, -0.006, 0.081, 0.129],
+        ],
+        c=[1.215, -0.151, 0.353, -0.554],
+        G=[row, row + 1e-6 * np.array([-1.577, -0.874, -0.691, -2.142])],
+        h=[-0.972, np.inf],
+        h_lower=[-np.inf, -0.972],
+        lb=[-2.0, -2.0, -10.0, -10.0],
+        ub=[2.0, 2.0, 10.0, 10.0],
+        L=[[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
+        R=[[1.742, -0.444, 0.078, 0.163], [-0.891, -1.242, 0.163, 1.156]],
+        r0=[1.27, 0.299],
+    )
+    # least of the four pieces by Clarabel
+    for found in (solve_qpcc(problem), enumerate_qpcc(problem)):
+        np.testing.assert_allclose(found.objective, -0.7084883481, rtol=1e-6)
+
+
+def test_an_indefinite_problem_has_its_ray_or_its_point() -> None:
+    """Saddles with a slope of their own, whose first linearisation has no minimum."""
+    for seed in range(8):
+        rng = np.random.default_rng([20, seed])
+        turn, _ = np.linalg.qr(rng.normal(size=(4, 4)))
+        hessian = turn @ np.diag([1.0, 0.5, -0.2, -1.0]) @ turn.T
+        pairs = {"L": np.eye(2, 4), "R": rng.normal(size=(2, 4)), "r0": rng.normal(size=2)}
+        free = solve_qpcc(qpcc(Q=hessian, c=rng.normal(size=4), **pairs))
+        assert free.status is not QPCCStatus.NO_POINT
+        if free.status is QPCCStatus.UNBOUNDED:
+            ray = free.ray
+            assert ray is not None and ray @ hessian @ ray < 0.0
+            farther = free.x + 1e3 * ray / np.abs(ray).max()
+            problem = qpcc(Q=hessian, c=np.zeros(4), **pairs)
+            assert problem.complementarity(farther) < 1e-8
+    apart = {"G": [[1.0, 0.0], [-1.0, 0.0]], "h": [-1.0, -1.0]}
+    empty = solve_qpcc(qpcc(Q=np.diag([1.0, -1.0]), c=[0.0, 1.0], **apart, **PAIR))
+    assert empty.status is QPCCStatus.INFEASIBLE
+
+
 def test_a_bound_comes_with_every_answer_and_holds() -> None:
     problem = CASES[0].plain
     best = enumerate_qpcc(problem).objective
