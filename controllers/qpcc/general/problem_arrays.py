@@ -89,7 +89,7 @@ def read_arrays(
     file = input_kinds.path(f"path of {kind}.load", path)
     try:
         with np.load(file, allow_pickle=False) as data:
-            if not isinstance(data, Mapping):
+            if isinstance(data, np.ndarray):
                 raise InputError("it is no .npz archive")
             values = {name: data[name] for name in names if name in data.files}
     # a file that is no archive of arrays fails in many ways
