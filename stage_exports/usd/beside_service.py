@@ -17,8 +17,12 @@ from warp_softbody.stage_exports.usd.messages import Messages
 from warp_softbody.stage_exports.usd.writer import StageWriter
 from warp_softbody.world.scene import Scene
 
-MOST_FRAMES = 240
-"""Of a chunk, which is closed at half of them while the writer waits for others: not at the end."""
+CHUNK_BYTES, CHUNK_FRAMES = 64 << 20, (240, 960)
+"""Frames of a chunk, the more the smaller they are: a second of a letter.
+
+It is closed at half of them while the writer waits for others, not at the end. A run that ends has
+none closed: what it told of is kept in any case.
+"""
 
 GONE = (EOFError, BrokenPipeError, ConnectionResetError)
 """The run has ended without a word; what it had told of is kept for `recover`."""
@@ -35,7 +39,7 @@ def serve(
     claims.speak_for(os.getppid())
     with suppress(*GONE, KeyboardInterrupt):
         try:
-            writer = StageWriter(path, scene, **options, chunk_frames=MOST_FRAMES)
+            writer = StageWriter(path, scene, **options, chunk_frames=_chunk_frames(scene))
         except Exception as error:
             pipe.send(("raised", _movable(error)))
             return
@@ -43,6 +47,12 @@ def serve(
             _Service(pipe, ring, writer).follow()
         finally:
             writer.abandon()
+
+
+def _chunk_frames(scene: Scene) -> int:
+    # positions, velocities and skin
+    least, most = CHUNK_FRAMES
+    return max(least, min(most, CHUNK_BYTES // (36 * len(scene.whole.mesh.points))))
 
 
 class _Service:

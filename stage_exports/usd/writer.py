@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -30,6 +31,9 @@ from warp_softbody.stage_exports.usd.surroundings import ASPECT
 from warp_softbody.stage_exports.usd.textures import FOLDER
 from warp_softbody.world.frame import Frame
 from warp_softbody.world.scene import Scene
+
+LEAST_PAUSE = 1.0
+"""s from one chunk to the next that is closed only because there is time for it."""
 
 
 class StageWriter:
@@ -97,6 +101,7 @@ class StageWriter:
         # parts of a chunk: their time codes and what moves
         self._held: tuple[tuple[list[float], list[Series]], ...] = ()
         self._last_time_code = -math.inf
+        self._flushed = time.monotonic()
         self._closed = False
         self._lock = RLock()
 
@@ -140,7 +145,8 @@ class StageWriter:
                     self._prepare()
                 self._settle()
                 self._chunks.to_disk()
-                if 2 * self._waiting >= self._chunk_frames:
+                rested = time.monotonic() - self._flushed >= LEAST_PAUSE
+                if rested and 2 * self._waiting >= self._chunk_frames:
                     self._flush()
 
     def close(self) -> None:
@@ -248,6 +254,7 @@ class StageWriter:
         self._settle()
         self._chunks.add(self._stored, self._samples())
         self._stored, self._held = self._frames, ()
+        self._flushed = time.monotonic()
 
     def _samples(self) -> Any:
         """The frames that wait for their chunk, as a layer."""

@@ -101,8 +101,8 @@ def told(case: str, path: Path) -> None:
     elif case == "full disk":
         # each chunk fits, the stage does not
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))
-        write(beside.stage_writer(path, scene), frames(900))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (480_000, 480_000))
+        write(beside.stage_writer(path, scene), frames(3000))
     elif case == "killed":
         with beside.stage_writer(path, scene) as stage:
             assert isinstance(stage, beside.StageBeside)

@@ -120,7 +120,7 @@ def test_frames_before_a_mistake_are_kept(runs: Path, case: str, count: int) -> 
 
 
 @pytest.mark.parametrize(
-    ("case", "count"), [("full disk", 900), ("dropped", 48), ("stopped", 48), ("dies", 48)]
+    ("case", "count"), [("full disk", 3000), ("dropped", 48), ("stopped", 48), ("dies", 48)]
 )
 def test_frames_without_a_stage_are_recovered(
     runs: Path, tmp_path: Path, case: str, count: int
