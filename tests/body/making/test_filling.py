@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from trimesh import creation
 
-from tests.support.surfaces import joined, limb
+from tests.support.surfaces import BODIES, joined, limb
 from warp_softbody import Character
 from warp_softbody.body.making.coverage import Coverage
 from warp_softbody.body.making.filling import Filling, fill
@@ -55,6 +55,27 @@ def test_a_thin_fin_is_carried_by_the_skin() -> None:
     assert len(character.mesh.tets) < 8000
     assert character.mesh.skin is not None
     assert character.mesh.skin.points[:, 0].max() > 0.36
+
+
+def test_a_part_of_hardly_any_volume_is_told() -> None:
+    """A fin of 1 mm and a hair, in which no place of those lies by which tets are judged."""
+    fin, hair = creation.box((0.2, 0.08, 0.001)), creation.cylinder(radius=0.002, height=0.3)
+    fin.apply_translation((0.37, 0.0, 0.0))
+    hair.apply_translation((0.0, 0.0, 0.4))
+    for part, axis, end in ((fin, 0, 0.47), (hair, 2, 0.55)):
+        whole = joined(BODY, part)
+        solid = solid_of(np.array(whole.vertices), np.array(whole.faces), "ball")
+        place = fill(solid, 1500).missed
+        assert place is not None
+        assert place[axis] == pytest.approx(end)
+
+
+@pytest.mark.parametrize("name", ["biped", "chair"])
+def test_edges_that_a_lattice_cuts_are_no_parts(name: str) -> None:
+    """Of the ten surfaces those that are cut the most."""
+    surface = BODIES[name]()
+    solid = solid_of(np.array(surface.vertices), np.array(surface.faces), name)
+    assert fill(solid, 1500).missed is None
 
 
 def test_a_long_limb_too_thin_by_far_is_told() -> None:

@@ -39,7 +39,7 @@ def test_parts_that_cross_are_united() -> None:
     united = solid(joined(box(), at(box(), (0.53, 0.02, 0.01))))
     assert united.repairs == ("2 parts united",)
     assert united.distance(np.array([[0.25, 0.0, 0.0]]))[0] > 0.0
-    points, tets, _ = fill(united, 2000)
+    points, tets, *_ = fill(united, 2000)
     overlap = 0.47 * 0.98 * 0.99
     assert tet_volumes(points, tets).sum() == pytest.approx(2.0 - overlap, rel=0.03)
 
@@ -85,7 +85,7 @@ def test_parts_that_do_not_touch_are_refused() -> None:
 
 @pytest.mark.parametrize("tets", [300, 1500, 3000])
 def test_as_many_tets_as_are_asked_for(tets: int) -> None:
-    points, made, _ = fill(solid(at(creation.capsule(0.6, 0.2), (0.0, 0.0, 0.0))), tets)
+    points, made, *_ = fill(solid(at(creation.capsule(0.6, 0.2), (0.0, 0.0, 0.0))), tets)
     assert len(made) == pytest.approx(tets, rel=0.2)
     volume = np.pi * 0.2**2 * (0.6 + 4.0 / 3.0 * 0.2)
     assert tet_volumes(points, made).sum() == pytest.approx(volume, rel=0.03)

@@ -26,6 +26,9 @@ NEAR = 0.9
 """Share of a cube's edge by which places may lie outside of tets that reach them: the lattice cuts
 edges and tips so short."""
 
+FAR = 1.0
+"""Edges of a cube by which a corner of the surface may lie outside of the tets without a word."""
+
 FEW = 0.001
 """Share of the volume that tets may miss."""
 
@@ -43,6 +46,7 @@ class Unreached(NamedTuple):
         distance: of the place that is farthest from the tets, m.
         farthest: (3,) m, that place.
         little: whether it is so little that its skin can be carried along instead.
+        tree: in whose cubes the tets are.
     """
 
     places: FloatArray
@@ -50,6 +54,7 @@ class Unreached(NamedTuple):
     distance: float
     farthest: FloatArray
     little: bool
+    tree: Octree
 
 
 class Coverage:
@@ -69,26 +74,48 @@ class Coverage:
         steps = np.outer(np.arange(1, SAMPLES + 1), PLASTIC ** -np.arange(1.0, 4.0))
         places = low + (steps % 1.0) * (high - low)
         self._places = places[solid.winding(places) > HALF]
+        self._corners = solid.points
         self._diagonal = float(np.linalg.norm(high - low))
         self.volume = _volume(solid)
 
     def unreached(self, filled: Filled, tree: Octree) -> Unreached:
         """What the tets in the cubes of an octree miss."""
         if not len(self._places):
-            return Unreached(self._places, 0.0, 0.0, np.zeros(3), little=True)
-        found = np.full(len(self._places), np.inf)
-        if len(filled.tets):
-            igl = libigl()
-            kind = igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER
-            triangles = surface_triangles(filled.tets)
-            found = igl.signed_distance(self._places, filled.points, triangles, kind)[0]
-        missed = found > NEAR * tree.spacing / 2.0 ** tree.levels(self._places)
+            return Unreached(self._places, 0.0, 0.0, np.zeros(3), True, tree)
+        found = _outside(self._places, filled)
+        missed = found > NEAR * _edges(self._places, tree)
         distance = float(found[missed].max(initial=0.0))
         little = missed.mean() <= FEW and distance <= FARTHEST * self._diagonal
         farthest = self._places[int(found.argmax())]
         return Unreached(
-            self._places[missed], float(missed.mean()), distance, farthest, bool(little)
+            self._places[missed], float(missed.mean()), distance, farthest, bool(little), tree
         )
+
+    def beyond(self, filled: Filled, tree: Octree) -> FloatArray | None:
+        """The point (3,) m of the surface farthest beyond the tets, by more than a cube's edge.
+
+        A fin or a hair may hold too little of the volume for any place to lie in it. None where all
+        of the surface is near.
+        """
+        away = _outside(self._corners, filled) / _edges(self._corners, tree)
+        place = int(away.argmax())
+        return self._corners[place] if away[place] > FAR else None
+
+
+def _outside(places: FloatArray, filled: Filled) -> FloatArray:
+    """Distance (k,) m of places (k, 3) from tets, negative within them."""
+    if not len(filled.tets):
+        return np.full(len(places), np.inf)
+    igl = libigl()
+    kind = igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER
+    triangles = surface_triangles(filled.tets)
+    found: FloatArray = igl.signed_distance(places, filled.points, triangles, kind)[0]
+    return found
+
+
+def _edges(places: FloatArray, tree: Octree) -> FloatArray:
+    """Edge (k,) m of the cube around each place (k, 3)."""
+    return np.asarray(tree.spacing / 2.0 ** tree.levels(places), np.float64)
 
 
 def _volume(solid: Solid) -> float:

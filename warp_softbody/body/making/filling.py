@@ -10,6 +10,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body.making.coverage import Coverage, Unreached
 from warp_softbody.body.making.grading import reaching, total_volume
 from warp_softbody.body.making.lattice import Filled, IntArray
+from warp_softbody.body.making.octree import Octree
 from warp_softbody.body.making.solid import Solid
 from warp_softbody.errors import MeshError
 
@@ -49,11 +50,13 @@ class Filling(NamedTuple):
         tets: (m, 4).
         missed: place (3,) m of a part too thin for them, which its skin carries along; None where
             there is none.
+        tree: in whose cubes they are.
     """
 
     points: FloatArray
     tets: IntArray
     missed: FloatArray | None
+    tree: Octree
 
 
 def fill(solid: Solid, tets: int) -> Filling:
@@ -68,7 +71,11 @@ def fill(solid: Solid, tets: int) -> Filling:
         _try_graded(solid, search)
     if search.best is None:
         raise MeshError(f"{solid.source}: {search.too_few}")
-    return search.best
+    best = search.best
+    if best.missed is None:
+        beyond = search.coverage.beyond(Filled(best.points, best.tets), best.tree)
+        best = best._replace(missed=beyond)
+    return best
 
 
 def _try_even(solid: Solid, search: _Search) -> None:
@@ -147,7 +154,7 @@ class _Search:
             self._enough = min(self._enough or count, count)
         elif whole and abs(self.excess(filled) - 1.0) < self.error:
             missed = unreached.farthest if unreached.distance > 0.0 else None
-            self.best = Filling(filled.points, filled.tets, missed)
+            self.best = Filling(filled.points, filled.tets, missed, unreached.tree)
         return whole
 
     @property
