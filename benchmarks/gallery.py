@@ -24,6 +24,17 @@ README_SCENE, README_SECONDS = "balance-i", 2.0
 WITH_SETTINGS = {
     "balance-i-hops": ("balance-i", {"push": 0.65}, 2.2),
     "balance-i-falls": ("balance-i", {"push": 0.8}, 1.4),
+    "walk-x-mixed": (
+        "walk-x",
+        {
+            "slope": 6.0,
+            "roughness": 0.05,
+            "steps": 0.05,
+            "friction_stripes": 0.5,
+            "ground_seed": 3,
+        },
+        20.0,
+    ),
 }
 """Strips of a scene with settings, and how many seconds of it they show."""
 

@@ -20,11 +20,11 @@ from warp_softbody.live.server import PageServer
 from warp_softbody.live.session import FPS, LiveSession
 
 
-def live_scene(name: str) -> LiveScene:
-    """A shipped scene as `view` runs it."""
+def live_scene(name: str, **settings: float) -> LiveScene:
+    """A shipped scene as `view` runs it, with settings."""
 
     def make() -> LivePlan:
-        plan = wsb.scenes.make(name)
+        plan = wsb.scenes.make(name, settings)
         control = None if plan.controller is None else wsb.ControlOptions()
         precision: Any = "float64" if name == "cantilever" else "float32"
         options = wsb.SimulationOptions(

@@ -108,6 +108,30 @@ def test_layers_controllers_and_restart(browser: Browser, balance: PageServer) -
     assert browser.errors == []
 
 
+TINTS = """(() => {
+  const colors = softBody.viewer.ground.geometry.getAttribute("color");
+  return [...new Set(Array.from({ length: colors.count }, (_, i) => colors.getX(i).toFixed(2)))];
+})()"""
+"""The red parts of the colours of the ground's faces."""
+
+
+@pytest.mark.parametrize("steps", [0.0, 0.05])
+def test_the_ground_shows_where_it_slips(browser: Browser, tmp_path: Path, steps: float) -> None:
+    """Tiles of a plane and triangles of steps, as long as their layer is on."""
+    scene = live_scene("walk-x", friction_stripes=0.5, steps=steps)
+    with served(LiveSession(scene, tmp_path)) as server:
+        browser.open(server.access.address)
+        browser.wait_for(SHOWN)
+        with_layer, plain = len(browser.value(TINTS)), browser.screenshot()
+        browser.value("softBody.viewer.setLayer('friction', false)")
+        assert with_layer > len(browser.value(TINTS)) + 2
+        browser.wait_for(
+            f"softBody.viewer.stage.drawn > {browser.value('softBody.viewer.stage.drawn')}"
+        )
+        assert browser.screenshot() != plain
+    assert browser.errors == []
+
+
 def test_a_narrow_page_has_no_sideways_scroll(browser: Browser, balance: PageServer) -> None:
     browser.resize(390, 844)
     browser.open(balance.access.address)

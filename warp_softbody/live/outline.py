@@ -11,6 +11,7 @@ import numpy.typing as npt
 from warp_softbody.arrays import FloatArray
 from warp_softbody.stage_exports.creases import cut_along_creases
 from warp_softbody.stage_exports.layout import segment_ends
+from warp_softbody.world.friction_map import map_of
 from warp_softbody.world.ground import Ground, Plane
 from warp_softbody.world.height_field import HeightField
 from warp_softbody.world.scene import Scene
@@ -92,15 +93,25 @@ class SceneOutline:
 
 
 def ground_as_json(ground: Ground | None) -> dict[str, Any] | None:
-    """A plane by normal and offset, another ground by its triangles."""
+    """A plane by normal and offset, another ground by its triangles; where its friction differs."""
     if ground is None:
         return None
+    told: dict[str, Any] = {"normal": list(ground.normal)}
     if isinstance(ground, HeightField | TriangleGround):
         vertices, faces = ground.triangles()
-        places = np.round(vertices, DIGITS).ravel().tolist()
-        return {"vertices": places, "faces": faces.ravel().tolist(), "normal": list(ground.normal)}
-    offset = ground.offset if isinstance(ground, Plane) else 0.0
-    return {"normal": list(ground.normal), "offset": offset}
+        told["vertices"] = np.round(vertices, DIGITS).ravel().tolist()
+        told["faces"] = faces.ravel().tolist()
+    else:
+        told["offset"] = ground.offset if isinstance(ground, Plane) else 0.0
+    placed = map_of(ground)
+    if placed is not None:
+        told["friction"] = {
+            "factors": np.round(placed.factors, DIGITS).ravel().tolist(),
+            "columns": placed.factors.shape[1],
+            "spacing": list(placed.spacing),
+            "origin": list(placed.origin),
+        }
+    return told
 
 
 def shown_nodes(scene: Scene) -> IntArray:

@@ -14,6 +14,7 @@ export function layerSection(viewer) {
     ["contacts", "Contact forces", "green where they stick, orange where they slide", MODE_COLORS.slice(1), true],
     ["center", "Centre of mass", "and the line down to the ground", [COLORS.center], true],
     outline.ground && ["base", "Base and capture point", "hull of the contacts; where a step would stop the body", [COLORS.base, COLORS.capture], true],
+    outline.ground?.friction && ["friction", "Friction", "bluer where the ground slips, darker where it holds more", [COLORS.slippery], true],
     muscular && ["plan", "Patches and plan", "forces that the controller planned", [COLORS.plan], false],
     ["follow", "Camera follows", "the centre of mass", [], true],
   ];

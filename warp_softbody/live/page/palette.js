@@ -16,6 +16,13 @@ export function muscleColor(contraction, color) {
   return color.setRGB(mix(0), mix(1), mix(2));
 }
 
+/** What a ground's linear RGB is multiplied by: bluer where it slips, darker where it holds more. */
+export function frictionTint(factor) {
+  const slip = Math.max(0, 1 - factor);
+  const hold = Math.max(0.5, 1 - 0.6 * Math.max(0, factor - 1));
+  return [hold * (1 - 0.7 * slip), hold * (1 - 0.25 * slip), hold];
+}
+
 /** By contact mode: lift, stick, slide. */
 export const MODE_COLORS = ["#8c96a3", "#138a36", "#e8730c"];
 
@@ -26,6 +33,7 @@ export const COLORS = {
   shadow: "#26303f",
   uneven: "#d9e0e8",
   edge: "#98a4b3",
+  slippery: "#8fc1e8",
   center: "#101828",
   base: "#138a36",
   capture: "#a21caf",

@@ -48,6 +48,8 @@ export class Viewer {
     } else if (name === "follow") {
       this.follows = on;
       this.keepOffset();
+    } else if (name === "friction") {
+      this.ground.setFriction(on);
     } else {
       this.overlays.setLayer(name, on);
     }
