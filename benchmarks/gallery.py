@@ -23,6 +23,7 @@ README_SCENE, README_SECONDS = "balance-i", 2.0
 
 WITH_SETTINGS = {
     "balance-i-hops": ("balance-i", {"push": 0.65}, 2.2),
+    "leap-i-three": ("leap-i", {"leaps": 3.0}, 2.2),
     "balance-i-falls": ("balance-i", {"push": 0.8}, 1.4),
     "walk-x-mixed": (
         "walk-x",

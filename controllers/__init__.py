@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from warp_softbody.controllers.motions.gesture import Gesture, GestureGains
     from warp_softbody.controllers.motions.jump import Jump
     from warp_softbody.controllers.motions.jump_gains import JumpGains
+    from warp_softbody.controllers.motions.leap import Leap
+    from warp_softbody.controllers.motions.leap_gains import LeapGains
     from warp_softbody.controllers.motions.motion import Motion
     from warp_softbody.controllers.motions.recovery_gains import RecoveryGains
     from warp_softbody.controllers.motions.roll import Roll
@@ -85,6 +87,8 @@ _HOMES = {
     "Goals": "controller",
     "Jump": "motions.jump",
     "JumpGains": "motions.jump_gains",
+    "Leap": "motions.leap",
+    "LeapGains": "motions.leap_gains",
     "Leg": "motions.roll_gains",
     "Motion": "motions.motion",
     "ONE_BY_ONE": "motions.walk",
@@ -150,6 +154,8 @@ __all__ = [
     "Goals",
     "Jump",
     "JumpGains",
+    "Leap",
+    "LeapGains",
     "Leg",
     "Motion",
     "Objective",

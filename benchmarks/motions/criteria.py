@@ -222,6 +222,11 @@ CRITERIA: dict[str, tuple[Criterion, ...]] = {
         Criterion("jumps", jumps, 3.0, form="{:.0f} jumps"),
         *UPRIGHT,
     ),
+    "leap-i": (
+        Criterion("leap", lambda m: max(of.leaps(m.take), default=0.0), 0.2),
+        below("aside", ASIDE.of, 0.1),
+        *UPRIGHT,
+    ),
     "jump-t": (
         Criterion("turns in the air", lambda m: of.turned_in_air(m.take), 45.0, form=DEGREES),
         *UPRIGHT,

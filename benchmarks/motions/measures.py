@@ -11,6 +11,9 @@ from warp_softbody.body.character import Character
 from warp_softbody.stage_exports.measures import Measures
 from warp_softbody.stage_exports.usd.reader import Take
 
+LEAST_FLIGHT = 0.1 - 1e-9
+"""s, of a flight that counts as a leap."""
+
 
 def base(take: Take) -> npt.NDArray[np.bool_]:
     """Mask of the nodes on which the body stands at rest."""
@@ -35,6 +38,19 @@ def airborne(take: Take) -> npt.NDArray[np.bool_]:
 def flights(take: Take) -> list[float]:
     """Lengths in s of the times in the air."""
     return [(end - begin) / take.fps for begin, end in body_motion.spans(airborne(take))]
+
+
+def leaps(take: Take) -> list[float]:
+    """Way in m along the ground of the base in each flight, from where it stood to where it lands.
+
+    Between the last frame on the floor before and the first one after; of flights from 0.1 s on.
+    """
+    path, last = base_path(take)[:, :2], len(take.tet_points) - 1
+    return [
+        float(np.hypot(*(path[min(end, last)] - path[max(begin - 1, 0)])))
+        for begin, end in body_motion.spans(airborne(take))
+        if end - begin >= LEAST_FLIGHT * take.fps
+    ]
 
 
 def turned(take: Take, axis: int) -> FloatArray:

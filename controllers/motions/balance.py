@@ -158,20 +158,15 @@ class Balance:
     def goals(self, view: BodyView) -> Goals:
         """Objectives of the step from ``view`` on."""
         view = seen(view)
-        if self._units is None:
-            self._units = BodyUnits.of(view)
-            self._gains = in_si(self._gains, self._units)
-            self._stance *= self._units.length
+        target = self._over_base(view)
         g = self._gains
-        target = region_mean(view, view.positions, self._base) + self._stance
-        if self._height is None:
-            self._height = float((view.center_of_mass - target)[2])
         ahead = self._capture_point(view, target)
         if g.recovery.leave > 0.0:
             hops = self._recovery.goals(view, g.recovery, self._fall(view, target, ahead))
             if hops is not None:
                 return hops
         offset = math.hypot(*ahead)
+        assert self._height is not None
         target[2] += self._height - min(g.crouch * offset, 0.3 * self._height)
         pull = view.mass * g.position * (target - view.center_of_mass)
         rate = pull - g.velocity * view.linear_momentum
@@ -188,6 +183,23 @@ class Balance:
             patches=ground_patches(view, self._patches),
             activation=self._relaxed(offset),
         )
+
+    def tipping(self, view: BodyView) -> Tipping:
+        """How a body is about to fall that is seen from ``view``, the first of them at rest."""
+        view = seen(view)
+        base = self._over_base(view)
+        return self._fall(view, base, self._capture_point(view, base))
+
+    def _over_base(self, view: BodyView) -> FloatArray:
+        """Where (3,) m the centre of mass belongs, at the height of the base; SI from now on."""
+        if self._units is None:
+            self._units = BodyUnits.of(view)
+            self._gains = in_si(self._gains, self._units)
+            self._stance *= self._units.length
+        target = region_mean(view, view.positions, self._base) + self._stance
+        if self._height is None:
+            self._height = float((view.center_of_mass - target)[2])
+        return np.asarray(target)
 
     def _upright(
         self, view: BodyView, ahead: np.ndarray[tuple[int, ...], Any], offset: float

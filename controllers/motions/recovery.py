@@ -102,6 +102,11 @@ class Recovery:
             activation=gains.activation,
         )
 
+    def leave(self, view: BodyView) -> None:
+        """Leave the base, wherever the capture point is: the base is drawn up at once."""
+        self._decided = True
+        self._enter(RecoveryPhase.GATHER, view)
+
     def _advance(self, view: BodyView, g: RecoveryGains, fall: Tipping) -> None:
         elapsed = view.time + 0.5 * view.time_step - self._since
         least = LEAST_PHASE * BodyUnits.of(view).time

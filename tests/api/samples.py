@@ -302,11 +302,11 @@ def control() -> Samples:
         "CrawlPhase": (controllers.CrawlPhase, {"value": "rest"}),
         "QPCCStatus": (controllers.QPCCStatus, {"value": "x"}),
     }
-    for name in ("Balance", "Crawl", "Exercise", "Flip", "Jump", "Slide"):
+    for name in ("Balance", "Crawl", "Exercise", "Flip", "Jump", "Leap", "Slide"):
         found[name] = (getattr(controllers, name), {})
         found[f"{name}.goals"] = (getattr(controllers, name)().goals, {"view": view()})
     standing = ("Balance", "Cartwheel", "Crawl", "Exercise", "Flip", "Gesture")
-    for name in (*standing, "Jump", "Roll", "Slide", "Walk"):
+    for name in (*standing, "Jump", "Leap", "Roll", "Slide", "Walk"):
         found[f"{name}Gains"] = (getattr(controllers, f"{name}Gains"), {})
     return found
 

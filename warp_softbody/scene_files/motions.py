@@ -24,6 +24,7 @@ KINDS = (
     "flip",
     "gesture",
     "jump",
+    "leap",
     "roll",
     "slide",
     "walk",

@@ -16,6 +16,7 @@ _HOMES = {
     "balance-i": ("balance_i", "RECIPE"),
     "jump-i": ("jump_i", "JUMP_I"),
     "jump-i-in-place": ("jump_i", "JUMP_I_IN_PLACE"),
+    "leap-i": ("leap_i", "RECIPE"),
     "jump-t": ("jump_t", "RECIPE"),
     "roll-o": ("roll_o", "ROLL_O"),
     "roll-o-return": ("roll_o", "ROLL_O_RETURN"),
