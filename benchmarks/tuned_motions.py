@@ -61,7 +61,6 @@ def stored() -> dict[str, Tuned]:
 def with_settings(variation: Variation, tuned: Tuned) -> Variation:
     """The variation, run with tuned settings."""
     settings, plan = tuned.settings, scenes.make(tuned.scene)
-    knobs = {"coarse": settings.coarse, "patches": settings.patches}
     options = settings.chosen(SimulationOptions)
     step = options.pop("time_step") / plan.time_step
     return replace(
@@ -69,7 +68,7 @@ def with_settings(variation: Variation, tuned: Tuned) -> Variation:
         name=f"{variation.name}, tuned",
         time_step=step,
         levels=settings.refinements,
-        settings={name: float(value) for name, value in knobs.items() if value is not None},
+        settings=settings.of_scene(tuned.scene),
         options=options,
         control=settings.chosen(ControlOptions),
     )

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.accuracy.tilting import chart, outcome
+from tests.accuracy.tilting import CASE, chart, outcome
 from warp_softbody.accuracy.analysis.family import Family, members
 from warp_softbody.accuracy.analysis.motion import MeasuredMotion, responding
 from warp_softbody.accuracy.analysis.tuning import choose
@@ -27,16 +27,23 @@ ROUGH = 9.0
 class Floors:
     """Runs on other floors; on the rough one some settings tilt the body further."""
 
-    def __init__(self, *, further: float, of: Settings | None = None, volume: float = 0.0) -> None:
-        """``further`` degrees of the settings given, of all others 0."""
-        self.further, self.of, self.volume = further, of, volume
+    def __init__(
+        self,
+        *,
+        further: float,
+        of: Settings | None = None,
+        volume: float = 0.0,
+        above: float = 0.8,
+    ) -> None:
+        """``further`` degrees of the settings given, of all others 0, for more friction."""
+        self.further, self.of, self.volume, self.above = further, of, volume, above
         self.runs = 0
 
     def __call__(self, case: ChartCase, settings: Settings) -> RunOutcome:
         """A run."""
         self.runs += 1
         plain = outcome(settings)
-        rough = case.given["friction"] > 0.8
+        rough = case.given["friction"] > self.above
         more = rough * (ROUGH + self.further * (settings == self.of))
         tilt = plain.functionals["largest_tilt"] + more
         values = {**plain.functionals, "largest_tilt": tilt, "volume": self.volume * rough}
@@ -89,6 +96,23 @@ def test_what_ships_errs_elsewhere_by_what_it_errs_by_on_the_chart() -> None:
     floors = Floors(further=0.0)
     worst = Family(CHART, floors).worst(CHART.default)
     assert worst is not None and worst.error == CHART.default.error
+
+
+def test_what_ships_on_a_coarser_mesh_is_judged_by_the_usual_one() -> None:
+    """Its answer to the rough floor is not the measure of itself."""
+    case = replace(CASE, scene="slide-f-left")
+    made = chart(case)
+    assert case.default.level < 0 == case.usual.level
+    assert made.default.settings == case.default
+    plain = made.default.error
+    for further in (0.0, 27.0):
+        family = Family(made, Floors(further=further, of=case.default, above=0.1))
+        worst = family.worst(made.default)
+        assert plain is not None and worst is not None
+        assert worst.error == pytest.approx(plain + further / 90.0)
+    usual = made.of(case.usual)
+    worst = Family(made, Floors(further=0.0, above=0.1)).worst(usual)
+    assert worst is not None and worst.error == usual.error
 
 
 def test_where_nothing_holds_elsewhere_the_least_bound_is_told() -> None:

@@ -46,11 +46,11 @@ def outcomes(case: ChartCase = CASE) -> dict[Settings, RunOutcome]:
     return {settings: outcome(settings) for settings in first_points(case)}
 
 
-def chart() -> Chart:
+def chart(case: ChartCase = CASE) -> Chart:
     """All first points, judged."""
-    runs = outcomes()
-    reference = reference_of(CASE, runs, RULER)
+    runs = outcomes(case)
+    reference = reference_of(case, runs, RULER)
     points = [
         Point(settings=one, outcome=run, error=reference.error(run)) for one, run in runs.items()
     ]
-    return Chart(case=CASE, reference=reference, points=tuple(points))
+    return Chart(case=case, reference=reference, points=tuple(points))

@@ -17,6 +17,11 @@ LOOPS = {"outer": 0.45, "inner": 0.33}
 SEGMENTS = 20
 
 
+def ring_outline(outer: int, inner: int) -> Corners:
+    """A quarter of the ring, its rim and its hole with so many sides each, m."""
+    return _quarter_arc(OUTER, outer) + _quarter_arc(INNER, inner)[::-1]
+
+
 def _quarter_arc(radius: float, sides: int) -> Corners:
     """Corners of a regular polygon from the x axis to the z axis, m."""
     quarter = np.linspace(0.0, np.pi / 2.0, sides + 1)
@@ -26,7 +31,7 @@ def _quarter_arc(radius: float, sides: int) -> Corners:
 
 RECIPE = Recipe(
     name="letter_o",
-    outline=_quarter_arc(OUTER, 10) + _quarter_arc(INNER, 6)[::-1],
+    outline=ring_outline(10, 6),
     depth=0.3,
     size=0.124,
     mirrors="xyz",

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from warp_softbody.cli.arguments import key_value, unique
 from warp_softbody.cli.chart_command import FOLDER, add_sweep_options, charted, sweep_workers
 from warp_softbody.cli.output import say
-from warp_softbody.cli.tuned_options import SCENE_KNOBS
 from warp_softbody.errors import InputError
 
 if TYPE_CHECKING:
@@ -119,6 +118,7 @@ def run(args: argparse.Namespace) -> int:
 def with_settings(case: ChartCase, pairs: list[tuple[str, str]]) -> ChartCase:
     """The case with settings of its scene; those that are knobs are refused."""
     from warp_softbody import scenes
+    from warp_softbody.accuracy.cases.settings import SCENE_KNOBS
 
     values = unique(pairs, "--set")
     if knobs := [name for name in SCENE_KNOBS if name in values]:

@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from warp_softbody.accuracy.analysis.tuning import Tuned
     from warp_softbody.accuracy.cases.settings import Settings
 
-SCENE_KNOBS = ("cells", "patches", "coarse")
-"""Knobs that are settings of the scene."""
-
 
 def stored_settings(args: argparse.Namespace) -> Tuned | None:
     """The stored settings for the error that ``args`` ask for; None where they ask for none.
@@ -28,6 +25,7 @@ def stored_settings(args: argparse.Namespace) -> Tuned | None:
         return None
     from warp_softbody import scenes
     from warp_softbody.accuracy.analysis.store import find
+    from warp_softbody.accuracy.cases.settings import SCENE_KNOBS
     from warp_softbody.accuracy.cases.table import case_of
 
     case = case_of(args.scene)
@@ -42,9 +40,8 @@ def stored_settings(args: argparse.Namespace) -> Tuned | None:
 def scene_settings(args: argparse.Namespace, tuned: Tuned | None) -> dict[str, str]:
     """The scene's settings of ``--set``, and those that are knobs of the stored ones."""
     chosen = unique(args.set, "--set")
-    for name in SCENE_KNOBS:
-        value = None if tuned is None else getattr(tuned.settings, name)
-        if value is not None:
+    if tuned is not None:
+        for name, value in tuned.settings.of_scene(tuned.scene).items():
             chosen.setdefault(name, str(value))
     return chosen
 

@@ -80,7 +80,6 @@ HOPS = 4
 FRICTION = PUSH_SETTINGS[-1]
 PUSH = replace(PUSH_SETTINGS[0], default=0.0)
 PUSH_SECONDS = PUSH_SETTINGS[1]
-COARSE = coarse_setting("letter_i")
 START = 1.566  # sqrt(L/g)
 START_AFTER_PUSH = 3.132  # sqrt(L/g)
 
@@ -139,7 +138,7 @@ def build_in_place(values: Values) -> tuple[Scene, Jump]:
 JUMP_I = SceneRecipe(
     name="jump-i",
     description="letter I hops forward four times and lands on its base",
-    settings=(PUSH, PUSH_SECONDS, FRICTION, COARSE),
+    settings=(PUSH, PUSH_SECONDS, FRICTION, coarse_setting("letter_i")),
     build=build_forward,
     seconds=8.5,
     time_step=1.0 / 60.0,
@@ -153,7 +152,7 @@ JUMP_I_IN_PLACE = SceneRecipe(
         PUSH,
         PUSH_SECONDS,
         FRICTION,
-        COARSE,
+        coarse_setting("letter_i", shipped=2),
     ),
     build=build_in_place,
     seconds=8.0,

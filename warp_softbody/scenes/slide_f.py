@@ -113,13 +113,12 @@ SETTINGS = (
     replace(PUSH_SETTINGS[0], default=0.0),
     PUSH_SETTINGS[1],
     replace(PUSH_SETTINGS[2], default=0.1),
-    coarse_setting("letter_f"),
 )
 
 SLIDE_F = SceneRecipe(
     name="slide-f",
     description="letter F is pulled to the right over a slippery floor and leans against it",
-    settings=SETTINGS,
+    settings=(*SETTINGS, coarse_setting("letter_f")),
     build=build,
     seconds=7.0,
     time_step=1.0 / 60.0,
@@ -129,6 +128,7 @@ SLIDE_F_LEFT = replace(
     SLIDE_F,
     name="slide-f-left",
     description="letter F is pulled to the left over a slippery floor and leans against it",
+    settings=(*SETTINGS, coarse_setting("letter_f", shipped=2)),
     build=build_left,
 )
 

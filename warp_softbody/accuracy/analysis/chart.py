@@ -93,9 +93,11 @@ class Chart:
     @property
     def default(self) -> Point:
         """As shipped."""
-        (point,) = (
-            p for p in self.points if p.settings == self.case.default and p.solver == "ours"
-        )
+        return self.of(self.case.default)
+
+    def of(self, settings: Settings) -> Point:
+        """Our own point with these settings."""
+        (point,) = (p for p in self.points if p.settings == settings and p.solver == "ours")
         return point
 
 

@@ -203,5 +203,5 @@ def _among(measured: Sequence[Measured], wanted: Sequence[Settings]) -> list[Mea
 
 def first_points(case: ChartCase) -> list[Settings]:
     """All that does not depend on a measurement, the longest runs first."""
-    plain = [case.default, *grid(case), *singles(case)]
+    plain = [case.default, case.usual, *grid(case), *singles(case)]
     return list(dict.fromkeys([*reference_family(case)[::-1], *plain]))

@@ -2,8 +2,8 @@
 
 A chart is of one run. Settings that err little there may err more on another floor, where a coarser
 mesh or a longer step answers otherwise. So a candidate is run on a family of floors too. There are
-no references there: what the other floor changes is taken from the settings that ship, and the
-reference of the chart is changed by as much.
+no references there: what the other floor changes is taken from the settings that ship, on the usual
+mesh where a coarser one ships, and the reference of the chart is changed by as much.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Family:
 
     def _error(self, where: str, case: ChartCase, point: Point) -> float:
         reference = self._reference(where, case)
-        if point.settings == self._chart.case.default:
+        if point.settings == self._chart.case.usual:
             # the reference there is made from this run, which tells nothing new
             return point.error if point.error is not None and reference else math.inf
         outcome = self._run(case, point.settings)
@@ -86,8 +86,8 @@ class Family:
 
     def _reference(self, where: str, case: ChartCase) -> MeasuredMotion | None:
         if where not in self._references:
-            here = motion_of(self._chart.default.outcome)
-            there = motion_of(self._run(case, case.default))
+            here = motion_of(self._chart.of(case.usual).outcome)
+            there = motion_of(self._run(case, case.usual))
             self._references[where] = (
                 None
                 if here is None or there is None

@@ -10,6 +10,7 @@ from typing import Any
 
 from warp_softbody.accuracy.analysis.chart import Chart, Point
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
+from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.atomic_files import replacing, require_makeable
 from warp_softbody.errors import OutputError
 
@@ -78,12 +79,17 @@ def row(point: Point) -> dict[str, Any]:
     }
     return {
         "solver": point.solver,
-        **{knob: _plain(value) for knob, value in point.settings.to_dict().items()},
+        **cells_of(point.settings),
         "tets": outcome.tets,
         **{name: _plain(value) for name, value in numbers.items()},
         "frontier": int(point.on_frontier),
         "status": outcome.status if outcome.complete else "failed",
     }
+
+
+def cells_of(settings: Settings) -> dict[str, Any]:
+    """Knobs as the table has them."""
+    return {knob: _plain(value) for knob, value in settings.to_dict().items()}
 
 
 def _plain(value: Any) -> Any:

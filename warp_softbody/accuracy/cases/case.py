@@ -66,6 +66,13 @@ class ChartCase:
     def default(self) -> Settings:
         """The point that `run` makes where nothing is said."""
         if self.controlled:
+            return replace(self.usual, level=-shipped_coarse(self.scene))
+        return self.usual
+
+    @property
+    def usual(self) -> Settings:
+        """The same on the usual mesh, that of level 0, also where a coarser one ships."""
+        if self.controlled:
             return Settings(time_step=self.time_step, elements="smoothed", tangent=self.tangent)
         return Settings(time_step=self.time_step)
 
@@ -80,3 +87,11 @@ class ChartCase:
     def quickly(self) -> ChartCase:
         """The same, short and coarse."""
         return replace(self, **{"products": 6, **self.quick})
+
+
+def shipped_coarse(scene: str) -> int:
+    """How much coarser a mesh than the usual one a scene ships with; 0 where it has no such."""
+    from warp_softbody import scenes
+
+    defaults = {setting.name: setting.default for setting in scenes.recipe(scene).settings}
+    return int(defaults.get("coarse", 0.0))

@@ -32,7 +32,8 @@ class Settings:
     Attributes:
         cells: the scene's setting of that name; None for its default, or where it has none.
         level: how often every tet of that mesh is cut into eight; below 0, how much coarser a mesh
-            than usual the scene is asked for by its setting `coarse`.
+            than usual the scene is asked for by its setting `coarse`. 0 is a letter's usual mesh,
+            with the paper's number of tets, on whatever mesh the scene ships.
         patches: the scene's setting of that name; None for its default, or where it has none.
         preconditioner: "factor" or "two-level".
     """
@@ -71,9 +72,9 @@ class Settings:
         return self.cells, self.level
 
     @property
-    def coarse(self) -> int | None:
-        """The scene's setting of that name; None for its usual mesh."""
-        return -self.level if self.level < 0 else None
+    def coarse(self) -> int:
+        """The scene's setting of that name, where it has one; 0 for the usual mesh."""
+        return max(0, -self.level)
 
     @property
     def refinements(self) -> int:
@@ -103,10 +104,21 @@ class Settings:
         from warp_softbody import scenes
         from warp_softbody.world.refined_scene import refined_scene
 
-        own = {"cells": self.cells, "patches": self.patches, "coarse": self.coarse}
-        chosen = {name: value for name, value in own.items() if value is not None}
-        plan = scenes.make(scene, {**given, **chosen})
+        plan = scenes.make(scene, {**given, **self.of_scene(scene)})
         return replace(plan, scene=refined_scene(plan.scene, self.refinements))
+
+    def of_scene(self, scene: str) -> dict[str, float]:
+        """Settings of the scene that are knobs; those that it does not have or leaves are missing.
+
+        The mesh of a letter is always named: a scene may ship with a coarser one than usual.
+        """
+        from warp_softbody import scenes
+
+        known = {setting.name for setting in scenes.recipe(scene).settings}
+        own = {name: getattr(self, name) for name in SCENE_KNOBS}
+        if not self.coarse and "coarse" not in known:
+            del own["coarse"]
+        return {name: value for name, value in own.items() if value is not None}
 
     def changes(self, other: Settings) -> int:
         """How many knobs are not as in the other."""
@@ -121,6 +133,9 @@ class Settings:
         ]
         return ", ".join(changed) or "default"
 
+
+SCENE_KNOBS = ("cells", "patches", "coarse")
+"""Knobs that are settings of the scene."""
 
 KNOBS = tuple(field.name for field in fields(Settings))
 OPTIONS: dict[str, Option] = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warp_softbody import scenes
 from warp_softbody.accuracy.cases.functionals import FUNCTIONALS
+from warp_softbody.accuracy.cases.settings import Settings
 from warp_softbody.accuracy.cases.track import MaterialPointTracker, Track, material_points
 from warp_softbody.accuracy.runs.job import Job
 from warp_softbody.accuracy.runs.soundness_monitor import SoundnessMonitor
@@ -19,8 +19,8 @@ class Recording:
     """Frames of a run on any mesh, and the same material points on all of them."""
 
     def __init__(self, job: Job, scene: Scene, masses: FloatArray) -> None:
-        """Find the material points, which are nodes of the scene's own mesh."""
-        own = scenes.make(job.scene, job.given).scene
+        """Find the material points, which are nodes of the scene's usual mesh whatever is run."""
+        own = Settings(time_step=job.settings.time_step).plan(job.scene, job.given).scene
         self._probe = MaterialPointTracker(scene, material_points(own))
         self._names = job.functionals
         self._scene = scene
