@@ -31,7 +31,7 @@ from warp_softbody.world.scene import Scene
 if TYPE_CHECKING:
     from warp_softbody.stage_exports.usd.writer import StageWriter
 
-LEAST_RING, FRAMES_AHEAD = 4 << 20, 8
+LEAST_RING, FRAMES_AHEAD = 2 << 20, 8
 """Bytes of frames on their way at most, and how many there have to be room for."""
 
 TOLD_AT_ONCE = 16

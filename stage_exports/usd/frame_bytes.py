@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+from contextlib import suppress
+from operator import attrgetter
 from typing import Any, TypeVar
 
 import numpy as np
@@ -23,30 +25,33 @@ _CONTACTS = (
 )
 """Three arrays of numbers and five of whole ones; there may be no nodes where there are points."""
 
+_arrays = attrgetter("positions", "velocities", "activations", "fiber_points")
+_contact_arrays = attrgetter(*_CONTACTS)
+
 _NUMBERS, _WHOLES = np.dtype(np.float64), np.dtype(np.int32)
+_OWN_KINDS: list[np.dtype[Any]] = [_NUMBERS] * 4
+_CONTACT_KINDS: list[np.dtype[Any]] = [*[_NUMBERS] * 3, *[_WHOLES] * 5]
+"""Of a frame's own arrays and of those of contacts."""
 
 
 def packed(frame: Frame) -> bytes:
     """All of a frame but the names of its contacts, in double precision."""
-    contacts, patches = frame.contacts, frame.patches
-    head = _HEAD.pack(
-        frame.index,
-        frame.time,
-        len(frame.positions),
-        len(frame.activations),
-        len(frame.fiber_points),
-        len(contacts.points),
-        len(contacts.nodes),
-        len(patches.points),
-        len(patches.nodes),
-    )
-    numbers = (frame.positions, frame.velocities, frame.activations, frame.fiber_points)
-    arrays = [_plain(array, _NUMBERS) for array in numbers]
-    for sample in (contacts, patches):
-        if len(sample.points) or len(sample.nodes):
-            arrays += [_plain(getattr(sample, name), _NUMBERS) for name in _CONTACTS[:3]]
-            arrays += [_plain(getattr(sample, name), _WHOLES) for name in _CONTACTS[3:]]
-    return b"".join((head, *(array.data for array in arrays)))
+    arrays = _arrays(frame)
+    kinds = _OWN_KINDS
+    counts = [len(arrays[0]), len(arrays[2]), len(arrays[3])]
+    for sample in (frame.contacts, frame.patches):
+        counted = len(sample.points), len(sample.nodes)
+        counts += counted
+        if any(counted):
+            arrays += _contact_arrays(sample)
+            kinds = kinds + _CONTACT_KINDS
+    head = _HEAD.pack(frame.index, frame.time, *counts)
+    # nearly all are of these kinds and lie in order: a run does this for every frame
+    if [array.dtype for array in arrays] == kinds:
+        with suppress(TypeError, ValueError, BufferError):
+            return b"".join((head, *arrays))
+    plain = map(np.ascontiguousarray, arrays, kinds)
+    return b"".join((head, *(array.data for array in plain)))
 
 
 def unpacked(data: memoryview) -> Frame:
@@ -64,13 +69,6 @@ def unpacked(data: memoryview) -> Frame:
         contacts=_contacts(cursor, *counts[:2]),
         patches=_contacts(cursor, *counts[2:]),
     )
-
-
-def _plain(array: npt.NDArray[Any], kind: np.dtype[Any]) -> npt.NDArray[Any]:
-    """The array itself in nearly all cases; asking is quicker than `np.ascontiguousarray`."""
-    if array.dtype == kind and array.flags.c_contiguous:
-        return array
-    return np.ascontiguousarray(array, dtype=kind)
 
 
 def _contacts(cursor: _Cursor, count: int, named: int) -> ContactSample:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import signal
 from collections import deque
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,22 @@ def same(one: Frame, other: Frame) -> bool:
 def test_a_frame_of_bytes_is_the_frame(scene: Scene, make_frames: Any) -> None:
     for frame in make_frames(scene, 5):
         assert same(frame, unpacked(memoryview(packed(frame))))
+
+
+def test_arrays_of_other_kinds_and_orders_are_the_same_bytes(
+    scene: Scene, make_frames: Any
+) -> None:
+    frame = list(make_frames(scene, 3))[-1]
+    assert len(frame.contacts.points)
+    wanted = packed(frame)
+    for name in ("positions", "fiber_points"):
+        values = getattr(frame, name)
+        for other in (np.asfortranarray(values), np.repeat(values, 2, axis=0)[::2]):
+            assert packed(replace(frame, **{name: other})) == wanted
+    nodes = frame.contacts.nodes.astype(np.int64)
+    contacts = replace(frame.contacts)
+    object.__setattr__(contacts, "nodes", nodes)
+    assert packed(replace(frame, contacts=contacts)) == wanted
 
 
 def test_messages_stay_whole_until_they_are_read() -> None:
