@@ -54,14 +54,20 @@ def solve_general(
     initialize(search, point, sides)
     if search.best is None and search.general.concave_part is not None:
         begin_anywhere(search)
+    tree = None
     if options.starts:
         tighten(search)
-        BranchAndBound(search).run(_branch_limit(search))
+        tree = BranchAndBound(search)
+        tree.run(_branch_limit(search))
     if search.best is None or options.starts:
         penalise(search, point)
     if not search.settled:
         restart(search)
         perturb(search)
+    if tree is not None:
+        # so that what ends below its budget is proved, but for large ones
+        left = options.max_qps - search.general.qp_count
+        tree.run(min(left, _branch_limit(search)))
     if search.best is not None and search.is_matched(search.bound):
         search.status.certified = True
     return _finish(search)

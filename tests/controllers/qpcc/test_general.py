@@ -109,6 +109,13 @@ def test_more_pairs_than_branch_and_bound_takes(seed: int) -> None:
     assert result.qp_count <= 120 and result.complementarity < 1e-8
 
 
+@pytest.mark.parametrize("budget", [12, 40, 150, 2000])
+def test_what_ends_below_its_budget_is_proved(budget: int) -> None:
+    problem = random_problem(3, n=12, p=14)
+    found = solve_qpcc(problem, budget=budget)
+    assert found.status is QPCCStatus.GLOBAL or found.qp_count >= budget
+
+
 def test_starts_seeds_and_budgets() -> None:
     problem = random_problem(1, n=8, p=45)
     first, second = (solve_qpcc(problem, budget=80, seed=5) for _ in range(2))
