@@ -44,7 +44,7 @@ FRICTION = PUSH_SETTINGS[-1]
 PATCHES = Setting(
     name="patches", whole=True, default=6, low=4, high=8, help="contacts that the plan knows"
 )
-SETTINGS = (FRICTION, PATCHES, coarse_setting("letter_o"))
+SETTINGS = (FRICTION, PATCHES, coarse_setting("letter_o", shipped=1))
 
 
 def rolling_letter(coarse: float = 0.0) -> Character:
