@@ -142,7 +142,8 @@ def make_account(precision: str) -> SimpleNamespace:
             other = nodes[c][2]
             if one >= first and one < last:
                 total += wide(impulses[c])
-            if other >= first and other < last:
+            # the ground, on the other side, has the first node there again
+            if other != one and other >= first and other < last:
                 total -= wide(impulses[c])
         missing[body] = missing[body] - total
         exchanged[body] = exchanged[body] + size_of(total)

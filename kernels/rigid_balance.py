@@ -230,5 +230,13 @@ def make_rigid_balance(precision: str) -> SimpleNamespace:
                 # the third node is of the other side, of a triangle as of an edge
                 one = groups[body_of(nodes[c][0], node_start)]
                 merge_groups(one, groups[body_of(nodes[c][2], node_start)], groups)
+        # what an edge of the ground holds is no group that is free: it gets a number below zero
+        for number in range(found_count[0]):
+            c = found[number]
+            if modes[c] != Mode.LIFT and nodes[c][0] == nodes[c][2]:
+                group = groups[body_of(nodes[c][0], node_start)]
+                for body in range(groups.shape[0]):
+                    if group >= 0 and groups[body] == group:
+                        groups[body] = -1 - group
 
     return SimpleNamespace(FreeBodies=FreeBodies, join_touching=join_touching, balance=balance)

@@ -22,6 +22,7 @@ from typing import Any
 
 import warp as wp
 
+from warp_softbody.kernels.contact.held_rows import make_held_rows
 from warp_softbody.kernels.contact.modes import Mode
 from warp_softbody.kernels.contact.pair_factor import make_pair_factor
 from warp_softbody.kernels.contact.structs import make_pair_structs
@@ -133,6 +134,7 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
             c = pairs.active[row]
             out[row] = given(pairs, c, modes[c], relative_work(pairs, c, nodal))
 
+    is_held = make_held_rows(precision, SUBJECT, left_free).is_held
     factor = make_pair_factor(precision, SUBJECT, apply)
     factorise, solve_factor = factor.factorise, factor.solve_factor
 
@@ -246,7 +248,7 @@ def make_pair_constraints(precision: str) -> SimpleNamespace:
         count = int(0)
         for number in range(pairs.found_count[0]):
             c = pairs.found[number]
-            if modes[c] != Mode.LIFT:
+            if modes[c] != Mode.LIFT and not is_held(pairs, c, modes[c], constraints):
                 pairs.active[count] = c
                 count += 1
         pairs.active_count[0] = count

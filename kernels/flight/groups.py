@@ -164,6 +164,9 @@ def make_flight_groups(precision: str) -> SimpleNamespace:
                 if groups[other] == groups[body] and shares[other] > zero:
                     turning[body] = 1
         for body in range(count):
+            if groups[body] < 0:
+                # an edge of the ground holds it
+                turning[body] = 0
             for other in range(count):
                 if groups[other] == groups[body] and loose_bodies[other] == 0:
                     turning[body] = 0

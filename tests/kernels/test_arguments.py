@@ -23,6 +23,7 @@ from warp_softbody.scenes import make
 from warp_softbody.world.friction_map import FrictionMap
 from warp_softbody.world.ground import Plane
 from warp_softbody.world.handles import Handle
+from warp_softbody.world.height_field import HeightField
 from warp_softbody.world.motion_path import MotionPath
 
 ROOT = Path(__file__).parents[2]
@@ -107,6 +108,8 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
     striped = FrictionMap.stripes([1.0, 0.5], width=0.1)
     standing = replace(letter, ground=Plane(friction=0.8, friction_map=striped))
     Simulation(standing, time_step=0.01).step()
+    step = HeightField(heights=np.array([[0.0] * 2, [0.0] * 2, [0.1] * 2, [0.1] * 2]))
+    Simulation(replace(letter, ground=step), time_step=0.01).step()
     Senses(Simulation(letter, time_step=0.01), "fibers")
     assert {key for key, _, _ in kernels()} - launched_kernels() == set()
 

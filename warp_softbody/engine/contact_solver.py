@@ -44,7 +44,7 @@ def _may_be_hasty(model: Model) -> bool:
     """
     large = model.system.coarse is not None
     enough = model.options.max_contact_passes >= ALL_PASSES
-    return large and enough and not model.scene.has_pairs
+    return large and enough and not model.has_pairs
 
 
 class ContactSolver:
@@ -77,7 +77,7 @@ class ContactSolver:
         self.right_with_slip = model.zeros(n, types.vec3)
         self.outer_impulses = model.zeros(n, types.vec3)
         self.change = model.zeros(n, types.vec3)
-        self._velocities = model.zeros(n if model.scene.has_pairs else 0, types.vec3)
+        self._velocities = model.zeros(n if model.has_pairs else 0, types.vec3)
         self.preconditioner = make_preconditioner(
             *(model.system, assembly.values, assembly.node_rotations, workspace), serves="vectors"
         )
@@ -102,7 +102,7 @@ class ContactSolver:
         self._read_scalars = HostView(self._solver.scalars).read
         self._renewing = False
         self.fresh = float(FRESH_ITERATIONS)
-        if model.scene.has_pairs:
+        if model.has_pairs:
             self._pairs = PairContact(model, self._solver, assembly.values)
 
     def _launch(self, kernel: Any, dim: int, inputs: list[Any], outputs: list[Any]) -> None:
@@ -318,7 +318,8 @@ class ContactSolver:
         passes = counters[Counter.PASSES] + counters[Counter.EARLIER_PASSES]
         passes = max(self._model.options.newton_iterations, passes)
         iterations = counters[Counter.TOTAL_ITERATIONS]
-        if self._renewing:
+        settled = counters[Counter.CHANGED] == 0
+        if self._renewing and (settled or not self._model.scene.has_ground_edges):
             # no preconditioner knows of pairs, so more is left to the iteration
             self.fresh = max(FRESH_ITERATIONS, iterations / passes)
         converged = counters[Counter.UNCONVERGED] == 0
@@ -330,7 +331,6 @@ class ContactSolver:
         eased = math.sqrt(target / floor) if 0.0 < floor < target < math.inf else 1.0
         dt = options.time_step
         signorini, coulomb = self._ground.read_violations().tolist()
-        settled = counters[Counter.CHANGED] == 0
         halvings, stalls = (0, 0) if self.newton is None else self.newton.read()
         worst = None if settled or self._pairs is None else self._pairs.worst()
         return unchecked(

@@ -101,6 +101,11 @@ class Model:
         return self.node_count if len(self.scene.let_go) else 0
 
     @property
+    def has_pairs(self) -> bool:
+        """Whether there are contacts of several nodes: with surfaces, or with edges of a ground."""
+        return self.scene.has_pairs or self.scene.has_ground_edges
+
+    @property
     def absent_parts(self) -> tuple[str, ...]:
         """Which of "muscles" and "contact" the scene has none of."""
         touchable = self.scene.ground is not None or self.scene.has_pairs

@@ -69,12 +69,12 @@ class NewtonControl:
         chunks = model.system.chunk_count
         self._partial, self._roundings = (model.zeros(chunks, wp.float64) for _ in range(2))
         self._known, self._base, self._drift = (model.zeros(n, vec3) for _ in range(3))
-        pairs = PairStates.count(model) if model.scene.has_pairs else 0
+        pairs = PairStates.count(model) if model.has_pairs else 0
         sizes = (n, model.contact_count, pairs)
         self._of_first = [model.zeros(size, vec3) for size in sizes]
         self._of_last = [model.zeros(size, vec3) for size in sizes]
         self._spread: Any = None
-        if model.scene.has_pairs:
+        if model.has_pairs:
             self._spread = make_flight_groups(model.options.precision).spread_impulses
             self._pushes = model.zeros(n, vec3)
         self._counters = model.zeros(len(NewtonCount), wp.int32)

@@ -12,6 +12,7 @@ from warp_softbody.device.launching import launch
 from warp_softbody.device.structs import struct_of
 from warp_softbody.device.warp_runtime import with_kernels
 from warp_softbody.engine.contact_arrays import DelassusWork, FoundPairs, PassRecord
+from warp_softbody.engine.ground_edges import GroundEdges
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.pair_detection import PairDetection, mean_edges
 from warp_softbody.engine.pair_ending import PairEnding
@@ -79,13 +80,18 @@ class PairContact:
         structs = make_contact_structs(precision)
         self._states = structs.ContactStates
         self.found = FoundPairs.of(count, n, model.allocator)
-        self._detection = PairDetection(model, self.found)
+        # factors of friction on the ground's edges are coefficients where there are no others
+        self._friction = float(model.scene.body_friction) if model.scene.has_pairs else 1.0
+        self._detection = PairDetection(model, self.found) if model.scene.has_pairs else None
+        self._ground_edges: GroundEdges | None = None
+        if model.scene.has_ground_edges:
+            self._ground_edges = GroundEdges(model, self.found, self._friction)
         self._work = struct_of(
             self._structs.DelassusWork, DelassusWork.of(count, n, model.allocator)
         )
         self._constraints = solver.constraints
         self._right = model.zeros(n, types.vec3)
-        self._ending = PairEnding(model)
+        self._ending = PairEnding(model, self._friction)
         self.unsettled = model.zeros(1, wp.int32)
         self._worst = model.zeros(1, wp.int32)
         self._largest_impulse = model.zeros(1, types.scalar)
@@ -104,7 +110,11 @@ class PairContact:
         ``handled`` is that of `Control`.
         """
         self._nodes = pairs.nodes
-        with_kernels(lambda: self._detection.find(state, pairs, handled))
+        detection, edges = self._detection, self._ground_edges
+        if detection is not None:
+            with_kernels(lambda: detection.find(state, pairs, handled))
+        if edges is not None:
+            with_kernels(lambda: edges.find(state, pairs))
 
     @property
     def lists(self) -> list[Any]:
@@ -154,8 +164,7 @@ class PairContact:
     def update(self, pairs: PairStates, x: Any, counters: Any, scalars: Any) -> None:
         """Launch the choice of modes."""
         a = self._model.arrays
-        friction = float(self._model.scene.body_friction)
-        law = [a.masses.fixed, a.pattern.diagonal_slot, friction, self._approach]
+        law = [a.masses.fixed, a.pattern.diagonal_slot, self._friction, self._approach]
         inputs = [*law, self._bound(pairs), self._matrix, x, self._largest_impulse]
         inputs += [counters, scalars]
         outputs = [struct_of(self._states, pairs), self._record]
@@ -182,6 +191,8 @@ class PairContact:
             return None
         scene, nodes = self._model.scene, self._nodes.numpy()[slot]
         # the other side's node is the third of an edge's pair, and one of the others of a node's
+        if nodes[0] == nodes[2]:
+            return scene.parts[scene.node_bodies[nodes[0]]].name, "the ground"
         first, second = scene.node_bodies[nodes[[0, 2]]]
         return scene.parts[first].name, scene.parts[second].name
 

@@ -21,12 +21,12 @@ class PairEnding:
         rounds: (4,) int32, by `Round`.
     """
 
-    def __init__(self, model: Model) -> None:
-        """Arrays for the pairs of a model."""
+    def __init__(self, model: Model, friction: float) -> None:
+        """Arrays for the pairs of a model; ``friction`` is multiplied with their factors."""
         types, count = model.types, PairStates.count(model)
         self._model = model
         self._kernels = make_pair_ending(model.options.precision)
-        self._friction = float(model.scene.body_friction)
+        self._friction = friction
         self._modes = model.zeros(count, wp.int32)
         self._frictions = model.zeros(count, types.vec3)
         self._stiffness = model.zeros(count, types.mat33)

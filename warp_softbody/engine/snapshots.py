@@ -128,17 +128,20 @@ class Snapshots:
         return nodes, modes[chosen], impulses, others, 0.0 * others
 
     def _on_surfaces(self, pairs: PairStates) -> Touching:
-        """The nodes' pairs, then those of edges, once for either end."""
+        """The nodes' pairs, then those of edges with bodies or the ground, once for either end."""
         modes = pairs.modes.numpy()
         chosen = np.flatnonzero(modes != LIFT)
-        edge = chosen >= len(self._model.body.mesh.surface_nodes)
+        first = len(self._model.body.mesh.surface_nodes) if self._model.scene.has_pairs else 0
+        edge = chosen >= first
         nodes, weights = pairs.nodes.numpy()[chosen], pairs.weights.numpy()[chosen]
         modes, impulses = modes[chosen], pairs.impulses.numpy()[chosen]
         corners, between = nodes[~edge, 1:], -weights[~edge, 1:]
         found = [(nodes[~edge, 0], modes[~edge], impulses[~edge], corners, between)]
         ends, shares = nodes[edge], weights[edge]
         column = np.zeros((len(ends), 1))
-        others = np.concatenate([ends[:, 2:], column.astype(np.int32) - 1], axis=1)
+        grounded = ends[:, 2:3] == ends[:, :1]
+        others = np.where(grounded, -1, ends[:, 2:])
+        others = np.concatenate([others, column.astype(np.int32) - 1], axis=1)
         between = np.concatenate([-shares[:, 2:], column], axis=1)
         for end in range(2):
             borne = shares[:, end : end + 1] * impulses[edge]

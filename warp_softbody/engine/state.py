@@ -125,14 +125,16 @@ class PairStates:
     """Contact of surfaces with other bodies' or their own, kept likewise.
 
     The first pairs are those of the surface nodes with triangles, in their order; two for each edge
-    of the surfaces follow, with edges of other bodies, where there are several bodies.
+    of the surfaces follow, with edges of other bodies, where there are several bodies, and at last
+    two for each edge with edges of the ground, where that has sharp ones.
 
     Attributes:
         modes: (c,) int, as those of `Contacts`.
         impulses: (c,) vec3 N s, onto the node or edge; the other side bears the opposite.
         nodes: (c,) vec4i, of the step: a node and a triangle, or two ends of an edge and of
-            another; -1 where there is no pair.
-        weights: (c,) vec4, of the nodes on one side adding up to 1, on the other to -1.
+            another; -1 where there is no pair. With the ground two ends of an edge, twice.
+        weights: (c,) vec4, of the nodes on one side adding up to 1, on the other to -1, or all zero
+            where that is the ground.
         friction_forces, slip_velocities, slip_stiffness: as those of `Contacts`, by pair, of the
             velocity relative to the other side.
     """
@@ -148,9 +150,20 @@ class PairStates:
     @staticmethod
     def count(model: Model) -> int:
         """How many pairs there may be."""
-        mesh = model.body.mesh
-        edges = SurfaceEdges.count(mesh.surface) if len(model.scene.parts) > 1 else 0
-        return len(mesh.surface_nodes) + 2 * edges
+        on_ground = PairStates._edges(model.scene.has_ground_edges, model)
+        return PairStates.first_on_ground(model) + on_ground
+
+    @staticmethod
+    def first_on_ground(model: Model) -> int:
+        """The number of the first one that may be with an edge of the ground."""
+        scene = model.scene
+        nodes = len(model.body.mesh.surface_nodes) if scene.has_pairs else 0
+        return nodes + PairStates._edges(len(scene.parts) > 1, model)
+
+    @staticmethod
+    def _edges(there: bool, model: Model) -> int:
+        """Two for each edge of the surfaces, where there are such pairs."""
+        return 2 * SurfaceEdges.count(model.body.mesh.surface) if there else 0
 
     @staticmethod
     @shares_warp
@@ -203,7 +216,7 @@ class Contacts:
             model.zeros(model.node_count, model.types.vec3),
             model.zeros(model.node_count, model.types.vec3),
             model.zeros(model.node_count, model.types.mat33),
-            PairStates.none(model) if model.scene.has_pairs else None,
+            PairStates.none(model) if model.has_pairs else None,
         )
 
 
@@ -239,7 +252,7 @@ def checked_parts(model: Model, parts: tuple[object, ...]) -> None:
                 shapes["held"] = model.node_count
         elif isinstance(part, Contacts):
             shapes = {"modes": model.contact_count, "friction_forces": model.node_count}
-            if model.scene.has_pairs and part.pairs is None:
+            if model.has_pairs and part.pairs is None:
                 raise InputError("Contacts.pairs must be there: surfaces of the scene may touch")
         else:
             checks.refuse("what a Stepper steps", "a State, Control or Contacts", part)

@@ -104,7 +104,7 @@ class Turning:
         self._counted = model.array([1.0], wp.float64)
         self._write_counted = HostView(self._counted).write
         # without pairs there are none, which kernels see
-        self._pushes = model.zeros(n, vec3) if model.scene.has_pairs else None
+        self._pushes = model.zeros(n, vec3) if model.has_pairs else None
         self._kinds = model.zeros(n, wp.int32)
         self._loads, self._loaded = model.zeros(n, vec3), model.zeros(n, vec3)
         again = n if model.options.newton_iterations > 1 else 0

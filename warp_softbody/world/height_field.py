@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,7 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.errors import InputError
 from warp_softbody.inputs import array_checks, checks
 from warp_softbody.inputs.records import FrozenValue
+from warp_softbody.world.creases import creases
 from warp_softbody.world.friction_map import FrictionMap, checked_map
 from warp_softbody.world.ground import Vector, measurable
 
@@ -56,6 +58,11 @@ class HeightField(FrozenValue):
         checks.keep(self, heights=heights, spacing=spacing, origin=origin, friction=friction)
         given = checked_map("HeightField.friction_map", self.friction_map)
         checks.keep(self, normal=(0.0, 0.0, 1.0), friction_map=given)
+
+    @cached_property
+    def creases(self) -> IntArray:
+        """(rows, columns) bits of the sharp convex edges of the triangles, as of `creases`."""
+        return creases(self.heights, self.spacing)
 
     def surface(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Heights (k,) m of the ground under points (k, 2 or 3), and its slopes (k, 2) there."""

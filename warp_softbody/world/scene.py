@@ -15,6 +15,7 @@ from warp_softbody.inputs.records import FrozenValue
 from warp_softbody.world.force_fields import ForceField
 from warp_softbody.world.ground import Ground, checked_ground
 from warp_softbody.world.handles import Handle, acted_on, nodes_of_handles, pushed_nodes
+from warp_softbody.world.height_field import HeightField
 from warp_softbody.world.joined_bodies import Body, Part, Vector, checked_pose, join, parts_of
 
 STANDARD_GRAVITY = 9.81
@@ -186,3 +187,8 @@ class Scene(FrozenValue):
     def has_pairs(self) -> bool:
         """Whether surfaces may touch each other."""
         return self.self_contact or bool(self.others)
+
+    @cached_property
+    def has_ground_edges(self) -> bool:
+        """Whether the ground has sharp edges that may meet bodies between their nodes."""
+        return isinstance(self.ground, HeightField) and bool(self.ground.creases.any())
