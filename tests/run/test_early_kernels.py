@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from warp_softbody.engine.options import SimulationOptions
+from warp_softbody.run import early_kernels
+
 SCRIPT = """
 import sys
 from warp_softbody import scenes
@@ -39,3 +42,20 @@ def test_all_of_it_is_launched_and_whole(scene: str, tmp_path: Path) -> None:
     command = [sys.executable, str(script), scene]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert run.stdout == "[]\n[]\n", run.stderr
+
+
+@pytest.mark.parametrize(
+    "options",
+    [SimulationOptions(device="cuda:0"), SimulationOptions(native_code=False)],
+    ids=["another device", "plain kernels"],
+)
+def test_native_code_stays_out_of_modules_that_have_none(
+    options: SimulationOptions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def made(*_: object) -> list[object]:
+        pytest.fail("kernels of native code were made")
+
+    monkeypatch.setattr(early_kernels, "check_device", lambda device: None)
+    for name in ("first_kernels", "muscle_kernels", "reduced_kernels", "search_kernels"):
+        monkeypatch.setattr(early_kernels, name, made)
+    early_kernels.prepare_kernels(options, controlled=True)

@@ -163,7 +163,7 @@ def build_model(scene: Scene, options: SimulationOptions, *, like: Model | None 
     options = replace(options)
     check_device(options.device)
     options = with_choices(options, scene)
-    if options.native_code:
+    if options.native_code and options.device == "cpu":
         prepare(options.device, first_kernels(options.precision))
     _refuse_mixtures(scene, options)
     if like is not None and not same_meshes(scene, like.scene):

@@ -16,7 +16,8 @@ def prepare_kernels(options: SimulationOptions, *, controlled: bool) -> None:
         InputError: there is no such device.
     """
     check_device(options.device)
-    if not options.native_code:
+    # native code for processors is of modules that other devices launch from too
+    if options.device != "cpu" or not options.native_code:
         return
     precision = options.precision
     kernels = first_kernels(precision)
