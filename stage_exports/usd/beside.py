@@ -7,20 +7,21 @@ the last bit. Where a fork may not be made, or there is one processor, the run w
 
 from __future__ import annotations
 
-import gc
 import os
 import signal
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from warp_softbody.errors import OutputError
 from warp_softbody.inputs import checks
 from warp_softbody.stage_exports.camera_paths import FOLLOW, CameraChoice
 from warp_softbody.stage_exports.conventions import EXTENSIONS, checked_target
 from warp_softbody.stage_exports.usd.byte_ring import ByteRing
+from warp_softbody.stage_exports.usd.claims import require_alone
+from warp_softbody.stage_exports.usd.forking import STOP, forked
 from warp_softbody.stage_exports.usd.frame_bytes import packed
 from warp_softbody.stage_exports.usd.messages import Messages
 from warp_softbody.stage_exports.usd.physics_names import Profile
@@ -37,14 +38,8 @@ LEAST_RING, FRAMES_AHEAD = 2 << 20, 8
 TOLD_AT_ONCE = 16
 """Frames of which the writer is told together: each telling wakes it."""
 
-HEARD = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Signals that are for the run; the writer ends with it."""
-
 _ENDING: list[int] = []
 """Processes that have closed their stages."""
-
-STOP = signal.SIGUSR1
-"""What a run sends that does not wait for the end of the writing."""
 
 
 def stage_writer(
@@ -100,16 +95,25 @@ class StageBeside:
         self._ring = ByteRing(max(LEAST_RING, FRAMES_AHEAD * 96 * nodes))
         self._untold: list[tuple[int, int]] = []
         self._closed = False
+        self._entered = False
         self._mistake: Exception | None = None
         self._pipe, theirs = Messages.pair()
-        self._process = _forked(self._pipe, theirs, self._ring, (path, scene, options))
+        self._process = forked(self._pipe, theirs, self._ring, (path, scene, options))
 
     def __enter__(self) -> StageBeside:
-        """Write inside the body; from here on no other process may write this path."""
+        """Write inside the body; from here on no other process may write this path.
+
+        The writer may still be loading USD, which takes as long as a run needs to begin. It is not
+        waited for: what it has to say against the scene, it says at one of the first frames.
+
+        Raises:
+            OutputError: another process writes it.
+        """
         try:
+            require_alone(self.path)
             self._tell("enter")
             self._ring.settle()
-            self._answer("entered")
+            self._listen()
         except BaseException:
             self._closed = True
             self._end(STOP)
@@ -139,9 +143,9 @@ class StageBeside:
         self._untold.append((place, len(message)))
         if len(self._untold) >= TOLD_AT_ONCE:
             self._tell_frames()
-            while self._pipe.has_any():
-                self._hear()
-            self._raise_mistake()
+            self._listen()
+        elif not self._entered:
+            self._listen()
 
     def close(self) -> None:
         """Wait until the stage is whole; a second call does nothing.
@@ -158,6 +162,8 @@ class StageBeside:
             self._tell("close")
             while self._hear() != "closed":
                 pass
+            if not self._entered:
+                self._raise_mistake()
         except BaseException:
             self._end(STOP)
             raise
@@ -192,12 +198,18 @@ class StageBeside:
             self._pipe.send(order)
         except (BrokenPipeError, ConnectionResetError):
             # what it said before it ended is the better sentence
-            self._answer("ended")
-            raise self._lost() from None
+            while True:
+                self._hear()
 
-    def _answer(self, wanted: str) -> None:
-        while self._hear() != wanted:
-            self._raise_mistake()
+    def _listen(self) -> None:
+        """Take what the writer has said so far.
+
+        Raises:
+            SoftBodyError: its mistake.
+        """
+        while self._pipe.has_any():
+            self._hear()
+        self._raise_mistake()
 
     def _hear(self) -> str:
         """What the writer says next; its first mistake is kept to be raised.
@@ -212,14 +224,21 @@ class StageBeside:
             raise self._lost() from None
         if said == "read":
             self._ring.let_go(told)
+        elif said == "entered":
+            self._entered = True
         elif said == "raised" and self._mistake is None:
             self._mistake = told
         return str(said)
 
     def _raise_mistake(self) -> None:
         mistake, self._mistake = self._mistake, None
-        if mistake is not None:
-            raise mistake
+        if mistake is None:
+            return
+        if not self._entered:
+            # it has not begun, and there is nothing to close
+            self._closed = True
+            self._end(STOP)
+        raise mistake
 
     def _lost(self) -> OutputError:
         return OutputError(
@@ -228,52 +247,11 @@ class StageBeside:
         )
 
     def _end(self, number: signal.Signals | None = None) -> None:
-        """Let the writer end, at once if it is sent a signal, and wait for that."""
+        """Let the writer end, at once if it is sent a signal, and wait for that; once."""
+        process, self._process = self._process, 0
+        if not process:
+            return
         if number is not None:
-            os.kill(self._process, number)
+            os.kill(process, number)
         self._pipe.close()
-        os.waitpid(self._process, 0)
-
-
-def _forked(
-    ours: Messages,
-    theirs: Messages,
-    ring: ByteRing,
-    arguments: tuple[Path, Scene, Mapping[str, Any]],
-) -> int:
-    """Number of a process that serves at ``theirs``; signals for the run do not reach it."""
-    # the collector of garbage would write on all that there is, and each page on which one of the
-    # two writes is copied
-    gc.freeze()
-    signal.pthread_sigmask(signal.SIG_BLOCK, HEARD)
-    try:
-        process = os.fork()
-        if process == 0:
-            ours.close()
-            _serve(theirs, ring, arguments)
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, HEARD)
-    theirs.close()
-    return process
-
-
-def _serve(
-    pipe: Messages, ring: ByteRing, arguments: tuple[Path, Scene, Mapping[str, Any]]
-) -> NoReturn:
-    """Write until there is nobody to write for; this process never returns to its copy of the run.
-
-    What the run prints is not its business, so that it leaves the streams alone; but it holds them
-    as long as it lives, so that whoever waits for their end finds the stage as it stays.
-    """
-    code = 1
-    try:
-        for number in HEARD:
-            signal.signal(number, signal.SIG_IGN)
-        signal.signal(STOP, signal.default_int_handler)
-        ring.settle()
-        from warp_softbody.stage_exports.usd.beside_service import serve
-
-        serve(pipe, ring, *arguments)
-        code = 0
-    finally:
-        os._exit(code)
+        os.waitpid(process, 0)

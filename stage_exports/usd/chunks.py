@@ -21,9 +21,8 @@ from warp_softbody.stage_exports.usd.claims import (
     Claim,
     claim,
     folder_name,
-    is_this_process,
     left_behind,
-    writing_process,
+    require_alone,
 )
 from warp_softbody.stage_exports.usd.growing_crate import GrowingCrate, UnknownCrate
 from warp_softbody.stage_exports.usd.isolation import apart
@@ -204,16 +203,11 @@ class ChunkFolder:
         mark_own(self.target)
 
     def _require_alone(self, own: Claim | None) -> None:
-        process = writing_process(self.target, None if own is None else own.folder)
-        if process is not None:
+        try:
+            require_alone(self.target, None if own is None else own.folder)
+        except OutputError:
             self.forget()
-            other = f"process {process}"
-            if is_this_process(process):
-                other = "another writer of this process"
-            raise OutputError(
-                f"cannot write {str(self.target)!r}: {other} is writing it; "
-                "choose another name, or wait"
-            )
+            raise
 
     @contextmanager
     def _one_sentence(self) -> Iterator[None]:

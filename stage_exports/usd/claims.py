@@ -16,6 +16,7 @@ from itertools import count
 from pathlib import Path
 
 from warp_softbody.atomic_files import private_folder
+from warp_softbody.errors import OutputError
 
 LOCK = "lock"
 _TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
@@ -126,6 +127,23 @@ def writing_process(target: Path, but: Path | None = None) -> int | None:
             if older:
                 return process
     return None
+
+
+def require_alone(target: Path, own: Path | None = None) -> None:
+    """Refuse to write what another writer writes; for ``own`` see `writing_process`.
+
+    Raises:
+        OutputError: it does.
+    """
+    process = writing_process(target, own)
+    if process is None:
+        return
+    other = f"process {process}"
+    if is_this_process(process):
+        other = "another writer of this process"
+    raise OutputError(
+        f"cannot write {str(target)!r}: {other} is writing it; choose another name, or wait"
+    )
 
 
 def folder_name(target: Path) -> str:

@@ -18,7 +18,7 @@ from tests.support.processes import start_python
 from warp_softbody.body.character import Character
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.errors import SoftBodyError
-from warp_softbody.stage_exports.usd import beside
+from warp_softbody.stage_exports.usd import beside, forking
 from warp_softbody.world.frame import ContactSample, Frame
 from warp_softbody.world.scene import Scene
 
@@ -118,21 +118,21 @@ def told(case: str, path: Path) -> None:
 
 def left(case: str, path: Path) -> None:
     """Cases in which nobody waits for the stage, or the writer is stopped while it closes it."""
-    serve = beside._serve
+    serve = forking._serve
 
     def stopping(*arguments: Any) -> None:
         from warp_softbody.stage_exports.usd.growing_crate import GrowingCrate
 
         def stop(_: GrowingCrate) -> None:
-            os.kill(os.getpid(), beside.STOP)
+            os.kill(os.getpid(), forking.STOP)
 
         GrowingCrate.finish = stop  # type: ignore[assignment, method-assign]
         serve(*arguments)
 
     if case == "stopped":
-        beside._serve = stopping  # type: ignore[assignment]
+        forking._serve = stopping  # type: ignore[assignment]
     stage = beside.stage_writer(path, tet()).__enter__()
-    beside._serve = serve
+    forking._serve = serve
     for frame in frames(48):
         stage.write(frame)
     if case == "dies":
