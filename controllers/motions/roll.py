@@ -13,6 +13,7 @@ from warp_softbody.controllers.arguments import remembered
 from warp_softbody.controllers.body_units import BodyUnits, in_si
 from warp_softbody.controllers.controller import ActivationCost, Goals, seen
 from warp_softbody.controllers.motions.any_body import require_muscles, require_regions
+from warp_softbody.controllers.motions.axle import Axle
 from warp_softbody.controllers.motions.body_measures import angle_turned, contact_point
 from warp_softbody.controllers.motions.mean_shape import MeanShape
 from warp_softbody.controllers.motions.roll_gains import ANY_BODY, Leg, RollGains
@@ -138,7 +139,7 @@ class Roll:
         return Goals(
             objectives=(
                 self._rolling(view, wheel, rate),
-                *self._steadiness(view),
+                *self._steadiness(view, wheel.speed),
                 self._shape(view, shape, rate * wheel.inertia / (weight * wheel.height)),
             ),
             patches=self._patches(view),
@@ -202,17 +203,21 @@ class Roll:
             weight=np.array([self._gains.roll_weight]),
         )
 
-    def _steadiness(self, view: BodyView) -> tuple[Objective, Objective]:
-        """Decay of the momenta across the way and upward, and of the turning about these axes."""
+    def _steadiness(self, view: BodyView, speed: float) -> tuple[Objective, ...]:
+        """Decay of the momenta across the way and upward, and of the turning about these axes.
+
+        A body that is steered is not asked to stop turning: so it comes below its lean again.
+        """
         decay, weight = self._gains.steadiness, self._gains.steady_weight
-        return (
-            objectives.linear_momentum(
-                view, -decay * view.linear_momentum, weight * np.array([0.0, 1.0, 1.0])
-            ),
-            objectives.angular_momentum(
-                view, -decay * view.angular_momentum, weight * np.array([1.0, 0.0, 1.0])
-            ),
+        moving = objectives.linear_momentum(
+            view, -decay * view.linear_momentum, weight * np.array([0.0, 1.0, 1.0])
         )
+        if self._gains.steer_weight > 0.0:
+            return moving, Axle.of(view).objective(view, self._gains, speed)
+        turning = objectives.angular_momentum(
+            view, -decay * view.angular_momentum, weight * np.array([1.0, 0.0, 1.0])
+        )
+        return moving, turning
 
     def _shape(self, view: BodyView, shape: MeanShape, ahead: float) -> Objective:
         """Tilt that brings the weight ahead of the contact, ``ahead`` over its height; no squash.

@@ -30,6 +30,15 @@ class RollGains:
             dt.
         tilt_weight: sqrt(L/g), of the tilt's rate over sqrt(g/L); it is divided by the time step.
         squash_weight: sqrt(L/g), of the squash's, likewise.
+        steer: sqrt(g/L), turning of the heading for each rad of lean, into it.
+        steer_rate: turning for each rad/s of leaning.
+        course: rad of lean for each rad that the heading is off, with which it comes back.
+        steer_follow: sqrt(g/L), how fast the turning is to come.
+        lean: g/L, with which the lean itself is to come back.
+        lean_decay: sqrt(g/L), decay of leaning.
+        steer_weight: sqrt(L/g), of the turning over sqrt(g/L); 0 does not steer, and asks all
+            momenta across to decay; where it steers, only those that it does not need.
+        lean_weight: sqrt(L/g), of the leaning over sqrt(g/L).
         activation: cost of effort and change. Without much effort a body whose plan has no better
             answer draws all of itself together, and stays so.
     """
@@ -49,6 +58,14 @@ class RollGains:
     steady_weight: float = 0.03
     tilt_weight: float = field(default=0.08, metadata=dimension(time=1.0))
     squash_weight: float = field(default=0.1, metadata=dimension(time=1.0))
+    steer: float = field(default=0.0, metadata=dimension(time=-1.0))
+    steer_rate: float = 0.0
+    course: float = 0.0
+    steer_follow: float = field(default=0.0, metadata=dimension(time=-1.0))
+    lean: float = field(default=0.0, metadata=dimension(time=-2.0))
+    lean_decay: float = field(default=0.0, metadata=dimension(time=-1.0))
+    steer_weight: float = field(default=0.0, metadata=dimension(time=1.0))
+    lean_weight: float = field(default=0.0, metadata=dimension(time=1.0))
     activation: ActivationCost = field(
         default_factory=lambda: ActivationCost(effort=0.8, change=1.5)
     )
@@ -61,6 +78,8 @@ class RollGains:
             not_negative=(
                 *("tilt_gain", "shape_follow", "steadiness", "hold", "release"),
                 *("roll_weight", "steady_weight", "tilt_weight", "squash_weight"),
+                *("steer", "steer_rate", "course", "steer_follow"),
+                *("lean", "lean_decay", "steer_weight", "lean_weight"),
             ),
         )
         checks.instance("RollGains.activation", self.activation, ActivationCost)
@@ -87,6 +106,19 @@ class Leg:
             checks.refuse("Leg.direction", "1 or -1", self.direction)
 
 
-ANY_BODY = RollGains(activation=ActivationCost(effort=0.1, change=0.2))
-"""Of a body that has none of its own: its muscles are weaker than those of the letter that rolls,
-so that effort has to count less."""
+ANY_BODY = RollGains(
+    cruise=0.6,
+    tilt_gain=2.4,
+    steer=4.1,
+    steer_rate=7.9,
+    course=0.06,
+    steer_follow=5.4,
+    lean=2.0,
+    lean_decay=0.74,
+    steer_weight=0.13,
+    lean_weight=0.015,
+    activation=ActivationCost(effort=0.1, change=0.2),
+)
+"""Of a body that has none of its own. Its muscles are weaker than those of the letter that rolls,
+so that effort has to count less; and it is narrower, so that it is steered. By a search over three
+rings, one of them round in section and the others with flat rims."""

@@ -78,6 +78,14 @@ ROLLS: Wanted = {
     "steady_weight": around(10.0),
     "tilt_weight": around(5.0),
     "squash_weight": around(5.0),
+    "steer": around(2.0),
+    "steer_rate": around(2.0),
+    "course": around(4.0),
+    "steer_follow": around(3.0),
+    "lean": around(3.0),
+    "lean_decay": around(3.0),
+    "steer_weight": around(5.0),
+    "lean_weight": around(5.0),
     **COSTS,
 }
 HOPS: Wanted = {
