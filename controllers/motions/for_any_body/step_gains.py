@@ -89,8 +89,9 @@ ON_ONE_SOLE = replace(ON_FEET, stride=0.16, capture=0.0, turn=6.0)
 """Of a body that goes on parts of one sole, which no placing of feet can widen. With longer
 strides, or held upright less, it falls over after some ten steps."""
 
-LYING_ON_LIMBS = replace(ON_FEET, stride=0.16, stand=0.0, step=0.3)
-"""Of a body that lies on its limbs, and needs no balance."""
+LYING_ON_LIMBS = replace(ON_FEET, stride=0.16, stand=0.0, step=0.3, lift=0.03, momentum_weight=0.16)
+"""Of a body that lies on its limbs, and needs no balance: those that stand have to carry it on
+against the friction of its belly, and those that swing have to clear what the mesh has of bumps."""
 
 LYING = replace(
     ON_FEET,

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 from trimesh import creation
 
-from tests.support.surfaces import BODIES
+from tests.support.surfaces import BODIES, at, joined, limb
 from warp_softbody import Character, Plane, Push, Scene, Simulation, characters, controllers
 from warp_softbody.body.mesh_geometry import lumped_masses
 from warp_softbody.controllers.motions.any_body import feet_of
@@ -67,6 +69,30 @@ def test_stands_a_push(name: str) -> None:
     start, end = share @ mesh.points, share @ last.positions
     assert np.linalg.norm(end[:2] - start[:2]) < 0.3
     assert end[2] > 0.85 * start[2]
+    assert abs(last.velocities).max() < 0.1
+
+
+def octopus() -> Any:
+    """A ball on four bent arms, none of which is steep."""
+    angles = 2.0 * np.pi * np.arange(4) / 4.0
+    parts = [at(creation.icosphere(subdivisions=2, radius=0.35), (0.0, 0.0, 0.6))]
+    for x, y in zip(np.cos(angles), np.sin(angles), strict=True):
+        knees = [(0.25, 0.45), (0.55, 0.3), (0.8, 0.08), (1.05, 0.07)]
+        places = [(float(r * x), float(r * y), z) for r, z in knees]
+        parts += [limb(a, b, 0.075) for a, b in pairwise(places)]
+    return joined(*parts)
+
+
+def test_comes_to_rest_where_it_stands() -> None:
+    """As firm as the body's limbs ask, whichever way they go: it neither sinks nor shakes."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        character = Character.from_surface(octopus(), name="body", tets=600)
+    scene = Scene(character=character, ground=Plane())
+    simulation = Simulation(scene, controllers.Balance.for_(character), time_step=1 / 60)
+    *_, last = simulation.run(1.0)
+    rest = character.mesh.points
+    assert last.positions[:, 2].mean() > 0.95 * rest[:, 2].mean()
     assert abs(last.velocities).max() < 0.1
 
 

@@ -103,6 +103,16 @@ def test_travels_its_length(name: str) -> None:
     assert way[:, 2].min() > 0.75 * way[0, 2]
 
 
+@pytest.mark.parametrize("tets", [800, 3000])
+def test_a_starfish_goes_on_any_mesh_of_it(tets: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        body = Character.from_surface(BODIES["starfish"](), name="starfish", tets=tets)
+    way = path(body, Walk.for_(body), 2.0)
+    assert way[-1, 0] - way[0, 0] > 0.1 * length(body)
+    assert abs(way[-1, 1] - way[0, 1]) < 0.05 * length(body)
+
+
 @pytest.mark.parametrize("count", [3, 6])
 def test_other_numbers_of_feet(count: int) -> None:
     """A stool on three legs and a table on six, which nothing was tuned for."""

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from warp_softbody.body.making.limbs import Limb
+from warp_softbody.body.making.sagging import yielding
+from warp_softbody.body.making.shape_regions import SOLE
 from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 
@@ -23,6 +25,14 @@ MOST_STRAIN = 0.006
 BUCKLING = 3.0
 """Times its weight that the limbs would bear before they buckled as columns that are free above."""
 
+SAG, SWAY = 0.01, 0.125
+"""Of the height of the centre of mass, by which its own weight moves it down, and would aside: a
+body that yields more is shaken by its own control, or falls off its legs."""
+
+MOST_TIMES = 8.0
+"""Times the modulus by `OWN_WEIGHT` that sagging and swaying ask for at most: what stands on a
+point sways however firm it is."""
+
 DAMPING = 0.011
 """Stiffness damping over the time sqrt(h / g) of a body of height h, that of the same letter."""
 
@@ -33,8 +43,14 @@ POISSON_RATIO = 0.475
 """Of flesh, nearly, whose volume muscles hardly change."""
 
 
-def firm_material(mesh: TetMesh, limbs: Sequence[Limb], *, density: float) -> Material:
-    """A material in which the body stands, kg/m^3 of ``density``, z up and the floor at z = 0."""
+def firm_material(
+    mesh: TetMesh, limbs: Sequence[Limb], *, density: float, on_feet: bool
+) -> Material:
+    """A material in which the body stands, kg/m^3 of ``density``, z up and the floor at z = 0.
+
+    Legs, which a body ``on_feet`` has, are not to yield, whichever way they go; a body on one sole
+    or a rim has to bend where it goes.
+    """
     height = float(mesh.points[:, 2].max())
     weight = density * mesh.volume * GRAVITY
     carrying = [limb for limb in limbs if _carries(limb, height)]
@@ -46,6 +62,9 @@ def firm_material(mesh: TetMesh, limbs: Sequence[Limb], *, density: float) -> Ma
         length = max(float(np.ptp(limb.axis[:, 2])) for limb in carrying)
         modulus = max(modulus, weight / (MOST_STRAIN * float(areas.sum())))
         modulus = max(modulus, BUCKLING * weight * 4.0 * length**2 / (np.pi**2 * inertia))
+    if on_feet:
+        most = MOST_TIMES * OWN_WEIGHT * density * GRAVITY * height
+        modulus = max(modulus, min(_holding(mesh, weight), most))
     return Material(
         young_modulus=_rounded(modulus),
         poisson_ratio=POISSON_RATIO,
@@ -53,6 +72,19 @@ def firm_material(mesh: TetMesh, limbs: Sequence[Limb], *, density: float) -> Ma
         stiffness_damping=_rounded(DAMPING * float(np.sqrt(height / GRAVITY))),
         volume="exact",
     )
+
+
+def _holding(mesh: TetMesh, weight: float) -> float:
+    """Young's modulus, Pa, with which a body sags and sways no more than it may."""
+    held = np.zeros(len(mesh.points), dtype=bool)
+    skin = mesh.surface_nodes
+    held[skin] = mesh.points[skin, 2] < SOLE * float(mesh.points[:, 2].max())
+    spread = mesh.points[held] - mesh.points[held].mean(axis=0)
+    if np.linalg.matrix_rank(spread, tol=1e-3 * float(mesh.points[:, 2].max())) < 2:
+        # points in a row hold nothing from turning about them
+        return 0.0
+    found = yielding(mesh, held, POISSON_RATIO, weight)
+    return max(found.sag / SAG, found.sway / SWAY) / found.height
 
 
 def _carries(limb: Limb, height: float) -> bool:

@@ -14,9 +14,10 @@ from warp_softbody.arrays import FloatArray
 from warp_softbody.body import other_surfaces
 from warp_softbody.body.making.filling import fill
 from warp_softbody.body.making.given_surface import given_surface
+from warp_softbody.body.making.limbs import find_limbs
 from warp_softbody.body.making.made import Made, made_of_mesh
 from warp_softbody.body.making.placing import floor_place, to_metres
-from warp_softbody.body.making.soles import flat_soles
+from warp_softbody.body.making.soles import broad_soles, flat_soles
 from warp_softbody.body.making.solid import solid_of
 from warp_softbody.body.making.surface_skin import surface_skin
 from warp_softbody.body.mesh import TetMesh
@@ -97,7 +98,14 @@ def made_from_surface(
         points = flat_soles(points, filled.tets)
     skin = surface_skin(surface, solid, matrix, origin)
     mesh = TetMesh(points, filled.tets, skin=skin)
-    return made_of_mesh(mesh, name or _identifier(given.source), density, solid.repairs)
+    # before feet get soles, whose corners look like limbs
+    limbs = find_limbs(mesh)
+    if stand:
+        broad = broad_soles(points, filled.tets)
+        mesh = TetMesh(broad.points, broad.tets, skin=skin)
+        limbs = tuple(limb.renumbered(broad.nodes) for limb in limbs)
+    name = name or _identifier(given.source)
+    return made_of_mesh(mesh, name, density, solid.repairs, limbs)
 
 
 def _tet_mesh(surface: object) -> TetMesh | None:

@@ -91,9 +91,13 @@ def _frames(mesh: TetMesh, limb: Limb, axis: FloatArray) -> FloatArray:
         around = points[abs(station - index) <= 1] - axis[index]
         if not len(around):
             around = points - axis[index]
+        # A limb so thin that the mesh has no node within it is as its slices are, and round.
+        wide = np.full(2, np.sqrt(0.5) * limb.radius)
+        if len(around):
+            wide = np.sqrt(np.square(around @ np.stack([first, second]).T).mean(axis=0))
         # The skin of a solid section is sqrt(3) (box) to 2 (round) standard deviations away.
-        reach = [1.8 * float(np.sqrt(np.square(around @ way).mean())) for way in (first, second)]
-        frames[index] = np.stack([first, second]) * np.array(reach)[:, None]
+        reach = 1.8 * wide
+        frames[index] = np.stack([first, second]) * reach[:, None]
     return frames
 
 

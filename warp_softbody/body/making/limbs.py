@@ -6,7 +6,7 @@ of a shell is a slice of the body, and slices in a row are a limb.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -65,6 +65,10 @@ class Limb:
     def length(self) -> float:
         """Length of the axis, m."""
         return float(np.linalg.norm(np.diff(self.axis, axis=0), axis=1).sum())
+
+    def renumbered(self, kept: Numbers) -> Limb:
+        """The limb of a mesh that has only the nodes ``kept`` (n,), ascending, of this one."""
+        return replace(self, nodes=np.flatnonzero(np.isin(kept, self.nodes)))
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,9 @@ from warp_softbody.body.material import Material
 from warp_softbody.body.mesh import TetMesh
 from warp_softbody.body.muscles import MuscleGroup
 
+MOST_BENDING = 2
+"""Feet on which a body keeps its balance by bending, as on one sole: it is not made firmer."""
+
 KERNEL = 0.9
 """Width over which muscles spread, over the mean radius of limbs."""
 
@@ -45,10 +48,22 @@ class Made:
         return {key: getattr(self, key) for key in keys}
 
 
-def made_of_mesh(mesh: TetMesh, name: str, density: float, repairs: tuple[str, ...] = ()) -> Made:
-    """Regions, muscles and material of a mesh that stands on z = 0; its own regions are kept."""
-    limbs = find_limbs(mesh)
-    material = firm_material(mesh, limbs, density=density)
+def made_of_mesh(
+    mesh: TetMesh,
+    name: str,
+    density: float,
+    repairs: tuple[str, ...] = (),
+    limbs: tuple[Limb, ...] | None = None,
+) -> Made:
+    """Regions, muscles and material of a mesh that stands on z = 0; its own regions are kept.
+
+    Limbs are looked for where none are given.
+    """
+    limbs = find_limbs(mesh) if limbs is None else limbs
+    regions = {**shape_regions(mesh, limbs), **mesh.regions}
+    # on two it stands by bending, as on one sole
+    on_feet = sum(name.startswith("foot_") for name in regions) > MOST_BENDING
+    material = firm_material(mesh, limbs, density=density, on_feet=on_feet)
     lengths = np.array([limb.length for limb in limbs])
     radius = float(lengths @ np.array([limb.radius for limb in limbs]) / lengths.sum())
     group = MuscleGroup(
@@ -57,5 +72,4 @@ def made_of_mesh(mesh: TetMesh, name: str, density: float, repairs: tuple[str, .
         kernel_width=KERNEL * radius,
         name="longitudinal",
     )
-    regions = {**shape_regions(mesh, limbs), **mesh.regions}
     return Made(name, mesh, material, (group,), regions, limbs, repairs)

@@ -31,6 +31,10 @@ touches the floor at a circle of single nodes."""
 LEAST_TIPS = 3
 """Limbs that lie on the floor of a body that is said to have feet."""
 
+LOW_AXIS = 2.0
+"""Radii of a limb above the floor up to which all of its axis is where it lies. Pieces of its base
+say nothing then: where round limbs meet the floor they are bumps of the mesh."""
+
 SECTORS, ROUND, RIM = 12, 0.85, 0.8
 """Sectors about y, the least reach of one over the greatest in which a body is round, and the share
 of it from which on skin is of the rim."""
@@ -42,11 +46,11 @@ QUADRANTS = ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 def shape_regions(mesh: TetMesh, limbs: Sequence[Limb]) -> dict[str, IntArray]:
     """Regions by name of a body that stands on z = 0.
 
-    `base` is what may touch the floor; `foot_0`, ... its pieces where there are several, or the
-    outer halves of three limbs or more that lie on it, in order around the middle; `base_patch_0`
-    to `_3` its quadrants about its middle (x and y: --, +-, -+, ++); `head` the upper tenth and
-    `head_top` its skin's top; `limb_0`, ... the limbs that end in a tip, longest first; `rim` the
-    outer skin of a body that is round about y.
+    `base` is what may touch the floor; `foot_0`, ... the undersides of the outer halves of three
+    limbs or more that lie, else its pieces where there are several, in order around the middle;
+    `base_patch_0` to `_3` its quadrants about its middle (x and y: --, +-, -+, ++); `head` the
+    upper tenth and `head_top` its skin's top; `limb_0`, ... the limbs that end in a tip, longest
+    first; `rim` the outer skin of a body that is round about y.
     """
     height = float(mesh.points[:, 2].max())
     skin = np.zeros(len(mesh.points), dtype=bool)
@@ -68,7 +72,7 @@ def shape_regions(mesh: TetMesh, limbs: Sequence[Limb]) -> dict[str, IntArray]:
 
 def _feet(mesh: TetMesh, base: BoolArray, limbs: Sequence[Limb]) -> dict[str, BoolArray]:
     """Pieces of the base, else the outer parts of limbs that lie on it, around its middle."""
-    feet = _pieces(mesh, base) or _lying_tips(mesh, base, limbs)
+    feet = _lying_tips(mesh, base, limbs) or _pieces(mesh, base) or _tips(mesh, base, limbs)
     middle = mesh.points[base, :2].mean(axis=0)
     feet.sort(key=lambda mask: _angle(mesh.points[mask, :2].mean(axis=0) - middle))
     return {f"foot_{k}": mask for k, mask in enumerate(feet)}
@@ -89,12 +93,21 @@ def _pieces(mesh: TetMesh, base: BoolArray) -> list[BoolArray]:
 
 
 def _lying_tips(mesh: TetMesh, base: BoolArray, limbs: Sequence[Limb]) -> list[BoolArray]:
-    """The outer halves of limbs that lie on the base, where there are three of them or more."""
-    away = np.linalg.norm(mesh.points[:, :2] - mesh.points[base, :2].mean(axis=0), axis=1)
+    """Undersides of the outer halves of limbs that lie along the floor, of three or more."""
+    skin = np.zeros(len(base), dtype=bool)
+    skin[mesh.surface_nodes] = True
+    lying = [limb for limb in limbs if limb.axis[:, 2].max() < LOW_AXIS * limb.radius]
+    under = skin & (mesh.points[:, 2] < max((limb.radius for limb in lying), default=0.0))
+    return _tips(mesh, base | under, lying)
+
+
+def _tips(mesh: TetMesh, low: BoolArray, limbs: Sequence[Limb]) -> list[BoolArray]:
+    """The outer halves of the low skin of limbs, where there are three of them or more."""
+    away = np.linalg.norm(mesh.points[:, :2] - mesh.points[low, :2].mean(axis=0), axis=1)
     tips = []
     for limb in limbs:
-        own = np.zeros(len(base), dtype=bool)
-        own[limb.nodes] = base[limb.nodes]
+        own = np.zeros(len(low), dtype=bool)
+        own[limb.nodes] = low[limb.nodes]
         if limb.ends and own.any():
             tips.append(own & (away >= 0.5 * away[own].max()))
     return tips if LEAST_TIPS <= len(tips) <= MOST_FEET else []
