@@ -24,13 +24,27 @@ def program() -> NoReturn:
     # a step's small products take longer on several threads, which then wait in a loop for more;
     # read by NumPy when it is loaded
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # the first to be registered is the last to be called, when threads and libraries are through
-    atexit.register(_leave)
+    if _alone():
+        # the first to be registered is the last to be called, when threads and libraries are done
+        atexit.register(_leave)
     from warp_softbody.cli import main
 
     code = main()
     _ended.append(code)
     sys.exit(code)
+
+
+def _alone() -> bool:
+    """Whether nothing but the command line lives in this process.
+
+    A program that calls it has files and an exit code of its own. What others want done at the end
+    (coverage, site customisations) and have asked for before would come after `_leave`.
+    """
+    if atexit._ncallbacks() > 0:
+        return False
+    begun = vars(sys.modules["__main__"])
+    # run by `python -m`, or by the script that pip has made
+    return begun is globals() or os.path.basename(begun.get("__file__", "")) == "warp-softbody"
 
 
 def _leave() -> None:
