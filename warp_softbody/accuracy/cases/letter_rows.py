@@ -52,6 +52,14 @@ HALVED: Mapping[str, Any] = {
     "quick": {**LETTER["quick"], "finest": (OWN, TIME_STEPS[2])},
 }
 """Of motions that the step moves most: their reference has half of it."""
+QUARTERED: Mapping[str, Any] = {
+    **LETTER,
+    "finest": (FINER, TIME_STEPS[3]),
+    "beside": (OWN, TIME_STEPS[4]),
+    "quick": {**LETTER["quick"], "finest": (OWN, TIME_STEPS[3])},
+}
+"""Of a motion that changes by more from half of the step to a quarter than from the whole to half:
+there plans for whole steps of the horizon go over to their limit."""
 COMPACT: tuple[Mesh, ...] = (COARSER, OWN)
 """Of a letter with one coarser mesh."""
 ROLLING: Mapping[str, Any] = {**LETTER, "meshes": COMPACT}
@@ -97,9 +105,9 @@ LETTERS = (
     ),
     ChartCase(
         scene="jump-t",
-        seconds=2.2,
+        seconds=2.6,
         functionals=("turned_in_air", "take_off_speed", "last_tilt", *SOUND),
-        **HALVED,
+        **QUARTERED,
     ),
     ChartCase(scene="roll-o", seconds=10.0, functionals=("rolled", "gone", *SOUND), **ROLLING),
     ChartCase(
