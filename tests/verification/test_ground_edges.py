@@ -234,3 +234,38 @@ def test_smooth_ground_has_no_such_contacts() -> None:
         scene = wsb.Scene(character=plate("plate", 0.2), ground=ground)
         assert not scene.has_ground_edges
         assert not simulation(scene).model.has_pairs
+
+
+@pytest.mark.parametrize("away", [-9e8, 9e8])
+def test_a_body_farther_away_than_cells_can_be_counted_meets_none(away: float) -> None:
+    """Its way from the grid, in cells, is no whole number of 32 bits."""
+    ground = wsb.HeightField(
+        heights=np.repeat(ridges(0.1).heights[:, :1], 5, axis=1),
+        spacing=(RUN, 1e-3),
+        origin=(-1.0, -2e-3),
+    )
+    body = wsb.placed(plate("plate", 1.0), translation=(0.0, away, 0.0))
+    *_, last = simulation(wsb.Scene(character=body, ground=ground)).run(0.1)
+    assert not last.contacts.nodes.size
+
+
+def test_a_run_goes_on_where_surfaces_touch_themselves_or_no_more() -> None:
+    """Pairs with the ground come after those of surfaces, where these are."""
+    apart = wsb.Scene(character=plate("plate", HEIGHT + 0.001), ground=ridges(-0.1, 0.1))
+    touching = replace(apart, self_contact=True)
+    level = replace(apart, ground=wsb.Plane())
+    ends = []
+    for scene in (apart, touching):
+        first = simulation(scene)
+        for _ in first.run(0.1):
+            pass
+        for then in (apart, touching):
+            second = wsb.Simulation(then, options=first.model.options, after=first)
+            second.step()
+            ends.append(second.frame())
+        # its pairs are gone
+        wsb.Simulation(level, options=first.model.options, after=first).step()
+    for end in ends[1:]:
+        assert end.contacts.nodes.size
+        np.testing.assert_array_equal(end.positions, ends[0].positions)
+        np.testing.assert_array_equal(end.contacts.forces, ends[0].contacts.forces)

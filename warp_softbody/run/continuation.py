@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import fields
 
 import numpy as np
+import warp as wp
 
 from warp_softbody.engine.model import Model
-from warp_softbody.engine.state import Contacts, State
+from warp_softbody.engine.state import Contacts, PairStates, State
 from warp_softbody.errors import InputError
 
 
@@ -33,8 +34,10 @@ def require_same_bodies(model: Model, before: Model) -> None:
         raise InputError("after of a Simulation must be one of the same bodies and muscles")
 
 
-def copy_motion(state: State, contacts: Contacts, own: State, touching: Contacts) -> None:
-    """Copy a state, and contacts where they are of the same kind, into those of another model."""
+def copy_motion(
+    before: Model, state: State, contacts: Contacts, model: Model, own: State, touching: Contacts
+) -> None:
+    """Copy a state of a model, and contacts as far as both have them, into those of another one."""
     for entry in fields(state):
         getattr(own, entry.name).assign(getattr(state, entry.name))
     for entry in fields(contacts):
@@ -43,4 +46,18 @@ def copy_motion(state: State, contacts: Contacts, own: State, touching: Contacts
             target.assign(source)
     if contacts.pairs is not None and touching.pairs is not None:
         for entry in fields(contacts.pairs):
-            getattr(touching.pairs, entry.name).assign(getattr(contacts.pairs, entry.name))
+            source = getattr(contacts.pairs, entry.name)
+            target = getattr(touching.pairs, entry.name)
+            for begin, to, count in _common_pairs(before, model):
+                wp.copy(target, source, dest_offset=to, src_offset=begin, count=count)
+
+
+def _common_pairs(before: Model, model: Model) -> tuple[tuple[int, int, int], ...]:
+    """First pair of one, first of the other and number of those that both models have.
+
+    They are of the same bodies, over other grounds or with other contact of surfaces.
+    """
+    first, second = PairStates.first_on_ground(before), PairStates.first_on_ground(model)
+    on_ground = PairStates.count(before) - first if model.scene.has_ground_edges else 0
+    parts = ((0, 0, min(first, second)), (first, second, on_ground))
+    return tuple(part for part in parts if part[2] > 0)

@@ -179,7 +179,9 @@ class Simulation:
     def _go_on_after(self, other: Simulation) -> None:
         """Take over time and motion of a simulation of the same bodies."""
         require_same_bodies(self.model, other.model)
-        copy_motion(other.state, other.contacts, self._state, self.contacts)
+        copy_motion(
+            *(other.model, other.state, other.contacts), *(self.model, self._state, self.contacts)
+        )
         self._steps = other._steps
         self._handles.go_on_from(self._state, self.time)
         self._set_lengths(other._rest_lengths.copy())
