@@ -12,7 +12,7 @@ from typing import Any
 
 import warp as wp
 
-from warp_softbody.kernels.implicit_muscles import SUBJECT
+from warp_softbody.kernels.implicit_muscles import SLOW, SUBJECT
 from warp_softbody.kernels.precision import real
 
 CORNER_PAIRS = 8
@@ -43,7 +43,8 @@ TURNING = """
 
 # Corners (0, 1), (0, 2), (0, 3), (1, 2), (1, 3) and (2, 3), as in ``stiffen_tets``. Matrices of the
 # corners and of the turn are 3 x 3, by rows.
-STIFFEN = """
+STIFFEN = (
+    """
 #pragma clang fp contract(fast)
 TURNING
     typedef SCALAR pairs __attribute__((vector_size(8 * sizeof(SCALAR)),
@@ -81,6 +82,14 @@ TURNING
         out[5] = out[7] = yz[e];
     }
     if (!unturned || !(pulling > (SCALAR)0.0)) return;
+    if (unturned == SLOW_ONES) {
+        const SCALAR* turn = (const SCALAR*)turns.data + 3 * t;
+        const SCALAR square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2];
+        const SCALAR left = (SCALAR)2.0 - dt * __builtin_elementwise_sqrt(square) / (SCALAR)SLOW;
+        if (!(left > (SCALAR)0.0)) return;
+        if (left < (SCALAR)1.0)
+            for (int i = 0; i < 9; ++i) spread[i] *= left;
+    }
 
     // corners side by side, and then their pairs
     typedef SCALAR corners __attribute__((vector_size(4 * sizeof(SCALAR))));
@@ -140,6 +149,9 @@ TURNING
     for (int e = 0; e < 6; ++e, out += 9)
         for (int i = 0; i < 9; ++i) out[i] += sum[i][e];
 """.replace("TURNING", TURNING)
+    .replace("SLOW_ONES", "2")
+    .replace("SLOW", repr(SLOW))
+)
 
 
 @cache
@@ -187,6 +199,7 @@ def make_fiber_blocks(precision: str, Fibers: Any, FiberState: Any) -> SimpleNam
         rest_directions: wp.array(dtype=vec3),
         shares: wp.array(dtype=scalar),
         deformations: wp.array(dtype=mat33),
+        turns: wp.array(dtype=vec3),
         directions: wp.array(dtype=vec3),
         reciprocals: wp.array(dtype=scalar),
         moduli: wp.array(dtype=scalar),
@@ -211,7 +224,7 @@ def make_fiber_blocks(precision: str, Fibers: Any, FiberState: Any) -> SimpleNam
         stiffen_tet(
             first + wp.tid(), unturned, step_factors[0], fibers.rest_inverse, fibers.pair_start,
             fibers.pair_segment, fibers.volume, fibers.directions, shares, state.deformations,
-            state.directions, state.reciprocals, state.moduli, state.tensions, blocks,
+            state.turns, state.directions, state.reciprocals, state.moduli, state.tensions, blocks,
         )
         # fmt: on
 

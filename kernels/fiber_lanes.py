@@ -70,7 +70,7 @@ TURNING
             along[i] *= reciprocal;
             speed += along[i] * ahead[i];
             for (int l = 0; l < 8; ++l) n[3 * (k + l) + i] = along[i][l];
-            if (again)
+            if (again & 1)
                 for (int l = 0; l < 8; ++l) rate[3 * (k + l) + i] = ahead[i][l];
         }
         *(eight*)(speeds.data + k) = speed;
@@ -147,7 +147,7 @@ def make_fiber_lanes(precision: str, Fibers: Any, FiberState: Any) -> SimpleName
         # out
         state: FiberState,
     ):
-        # ``again``: rates of F d are needed, by further Newton iterations
+        # ``again``: 1 where rates of F d are needed, by further Newton iterations; 2 turns alone
         # fmt: off
         stretch_tet(
             first + wp.tid(), again, fibers.tets, fibers.rest_inverse, fibers.pair_start, ways,

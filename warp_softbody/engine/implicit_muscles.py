@@ -45,7 +45,10 @@ class ImplicitMuscles:
         self._model = model
         self._kernels = make_implicit_muscles(model.options.precision)
         options = model.options
-        self._unturned = int(options.tangent == "conserving")
+        # see `SLOW_ONES`
+        self._unturned = 0
+        if options.tangent == "conserving":
+            self._unturned = 2 if options.newton_iterations == 1 else 1
         kinds = (options.precision, self._kernels.Fibers, self._kernels.FiberState)
         # before any kernel is loaded, as both are of one module
         self._lanes: Any = fiber_lanes_on(options.device, *kinds) if options.native_code else None
@@ -108,11 +111,11 @@ class ImplicitMuscles:
         """The work in order, once ``values`` holds the blocks between nodes of the matrix."""
         a, k, s = self._model.arrays, self._kernels, self._state
         own, edges = a.muscles, a.gather
-        again = self._model.options.newton_iterations > 1
+        again = 1 if self._model.options.newton_iterations > 1 else self._unturned
 
         def stretch(first: int, last: int) -> None:
             if self._lanes is not None:
-                inputs = [first, int(again), self._fibers, self._ways, positions, velocities]
+                inputs = [first, again, self._fibers, self._ways, positions, velocities]
                 self._launch(self._lanes.stretch_fibers, last - first, inputs, [s])
                 return
             inputs = [first, self._fibers, positions, velocities]

@@ -117,3 +117,26 @@ def test_a_driven_letter_keeps_its_angular_momentum_on_the_ground() -> None:
         np.testing.assert_allclose(end - angular, contact, atol=1e-9 * after.mass)
         largest = max(largest, float(np.abs(end - angular).max()) / after.mass)
     assert largest > 1e-3
+
+
+@each_form
+@pytest.mark.parametrize("pull", [0.5, 0.7, 0.9])
+@pytest.mark.parametrize("turn", [0.15, 0.3, 0.45])
+def test_a_driven_body_that_is_thrown_fast_gains_no_energy(
+    turn: float, pull: float, native_code: bool
+) -> None:
+    """It turns by so many rad a step as it lands, in steps of one Newton iteration."""
+    bar = wsb.placed(muscular_bar(helix=True, strength=4e5), translation=(0.0, 0.0, 0.05))
+    spin = turn / DT * np.array([0.82, 0.55, 0.14])
+    scene = wsb.Scene(character=bar, ground=wsb.Plane(friction=0.5), initial_spin=tuple(spin))
+    options = wsb.SimulationOptions(
+        time_step=DT, tangent="conserving", muscles="implicit", native_code=native_code
+    )
+    simulation = wsb.Simulation(scene, options=options)
+    simulation.drive(np.full(simulation.model.segment_count, pull))
+    recorder = wsb.Recorder(simulation)
+    for _ in range(30):
+        simulation.step()
+    parts = [values for name, values in recorder.arrays().items() if name.startswith("energy/")]
+    energy = np.sum(parts, axis=0)[:, 0]
+    assert np.diff(energy).max() <= 1e-6 * energy[0]
