@@ -191,7 +191,12 @@ class Balance:
         return self._fall(view, base, self._capture_point(view, base))
 
     def _over_base(self, view: BodyView) -> FloatArray:
-        """Where (3,) m the centre of mass belongs, at the height of the base; SI from now on."""
+        """Where (3,) m the centre of mass belongs, at the height of the base; SI from now on.
+
+        Raises:
+            InputError: the scene has no gravity.
+        """
+        objectives.weight_of(view)
         if self._units is None:
             self._units = BodyUnits.of(view)
             self._gains = in_si(self._gains, self._units)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -81,3 +82,16 @@ def test_rolling_without_gravity_is_refused_in_a_sentence() -> None:
     scene = Scene(character=letter_o(), ground=Plane(), gravity=(0.0, 0.0, 0.0))
     with pytest.raises(InputError, match="needs gravity"):
         Roll(legs=LEGS, rim="rim").goals(standing(scene))
+
+
+@pytest.mark.parametrize(
+    "name", ["balance-i", "leap-i", "jump-i", "walk-x", "exercise-h", "flip-i"]
+)
+def test_scenes_without_gravity_are_refused_and_nothing_is_warned_of(name: str) -> None:
+    plan = scenes.make(name)
+    assert plan.controller is not None
+    view = standing(replace(plan.scene, gravity=(0.0, 0.0, 0.0)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match="needs gravity"):
+            plan.controller.goals(view)
