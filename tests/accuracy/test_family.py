@@ -43,18 +43,20 @@ class Floors:
         """A run."""
         self.runs += 1
         plain = outcome(settings)
-        rough = case.given["friction"] > self.above
+        rough = case.given.get("friction", 0.8) > self.above
         more = rough * (ROUGH + self.further * (settings == self.of))
         tilt = plain.functionals["largest_tilt"] + more
         values = {**plain.functionals, "largest_tilt": tilt, "volume": self.volume * rough}
         return replace(plain, functionals=values)
 
 
-def test_a_family_has_other_floors() -> None:
-    floors = [case.given["friction"] for case in members(CASES["balance-i"]).values()]
-    assert floors == pytest.approx([0.64, 0.96])
+def test_a_family_has_other_floors_and_the_end_of_the_scene() -> None:
+    *floors, whole = members(CASES["balance-i"]).items()
+    assert [case.given["friction"] for _, case in floors] == pytest.approx([0.64, 0.96])
+    assert whole[0] == "all of its 6 s" and whole[1].seconds == 6.0 and not whole[1].given
     given = members(CASES["jump-i-in-place"])
-    assert all(case.given["jumps"] == 1 for case in given.values()) and len(given) == 2
+    assert all(case.given["jumps"] == 1 for case in given.values())
+    assert len(members(CASES["roll-o"])) == 2 and CASES["roll-o"].seconds == 10.0
     assert members(CASES["cantilever"]) == members(CASES["slope"]) == {}
 
 
@@ -73,8 +75,8 @@ def test_what_errs_on_another_floor_is_passed_over_and_told() -> None:
     assert tuned.settings != plain.settings and tuned.cost > plain.cost
     shift = plain.error + 60.0 / 90.0
     assert tuned.left_out[0].endswith(f"an error of {100.0 * shift:.2g} % with friction 0.96")
-    # two floors as shipped, and two of each of two candidates
-    assert floors.runs == 6
+    # two floors and the whole run as shipped, and the same of two candidates
+    assert floors.runs == 9
 
 
 def test_other_floors_may_take_a_part_of_the_bound() -> None:

@@ -1,9 +1,10 @@
 """Whether settings of a motion hold on runs that they were not chosen by.
 
 A chart is of one run. Settings that err little there may err more on another floor, where a coarser
-mesh or a longer step answers otherwise. So a candidate is run on a family of floors too. There are
-no references there: what the other floor changes is taken from the settings that ship, on the usual
-mesh where a coarser one ships, and the reference of the chart is changed by as much.
+mesh or a longer step answers otherwise, and later on, where small differences have added up. So a
+candidate is run on a family of floors too, and to the end of the scene where the chart ends before.
+There are no references there: what is other is taken from the settings that ship, on the usual mesh
+where a coarser one ships, and the reference of the chart is changed by as much.
 """
 
 from __future__ import annotations
@@ -42,16 +43,19 @@ class Worst:
 
 
 def members(case: ChartCase) -> dict[str, ChartCase]:
-    """The case with another value of each of those settings, by what is other; none if passive."""
+    """The case with other floors, and to the end of its scene, by what is other; none if passive."""
     if not case.controlled:
         return {}
-    usual = scenes.make(case.scene, case.given).settings
-    return {
+    plan = scenes.make(case.scene, case.given)
+    family = {
         f"{name} {value:g}": replace(case, given={**case.given, name: value})
         for name, factors in FACTORS.items()
-        if name in usual
-        for value in (usual[name] * factor for factor in factors)
+        if name in plan.settings
+        for value in (plan.settings[name] * factor for factor in factors)
     }
+    if plan.seconds > case.seconds:
+        family[f"all of its {plan.seconds:g} s"] = replace(case, seconds=plan.seconds)
+    return family
 
 
 class Family:

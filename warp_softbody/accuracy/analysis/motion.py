@@ -60,15 +60,19 @@ def responding(
 ) -> MeasuredMotion:
     """A motion as it would be elsewhere if it changed as another one does from here to there.
 
-    Numbers that are measured against themselves change by the same share, others by as much.
+    Numbers that are measured against themselves change by the same share, others by as much. Only
+    numbers are taken there: the path is that of ``there``, which may be longer.
     """
-    moved = corrected(motion, there, here)
+    moved = {
+        name: value + there.functionals[name] - here.functionals[name]
+        for name, value in motion.functionals.items()
+    }
     shares = {
         name: value * there.functionals[name] / here.functionals[name]
         for name, value in motion.functionals.items()
         if FUNCTIONALS[name].scale is None and here.functionals[name]
     }
-    return replace(moved, functionals={**moved.functionals, **shares})
+    return replace(there, functionals={**moved, **shares})
 
 
 @dataclass(frozen=True, kw_only=True)
