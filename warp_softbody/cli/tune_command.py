@@ -81,7 +81,8 @@ def run(args: argparse.Namespace) -> int:
         default = case_of(tuned.scene).default
         elsewhere = []
         if tuned.elsewhere is not None:
-            elsewhere = [f"  elsewhere   {100.0 * tuned.elsewhere:.2g} % at most on other floors and to the end"]
+            most = f"{100.0 * tuned.elsewhere:.2g} %"
+            elsewhere = [f"  elsewhere   {most} at most on other floors and to its end"]
         return [
             f"{tuned.scene}: {tuned.settings.differences(default)}",
             f"  error       {100.0 * tuned.error:.2g} %, and {100.0 * tuned.uncertainty:.2g} % "

@@ -43,7 +43,7 @@ class Worst:
 
 
 def members(case: ChartCase) -> dict[str, ChartCase]:
-    """The case with other floors, and to the end of its scene, by what is other; none if passive."""
+    """The case on other floors and to its end, by what is other; none where it is passive."""
     if not case.controlled:
         return {}
     plan = scenes.make(case.scene, case.given)
