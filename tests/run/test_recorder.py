@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -13,11 +14,15 @@ from tests.support.bodies import box
 from tests.verification import reference
 from tests.verification.smoothed_reference import smoothed_energy
 from tests.verification.volume_reference import smoothed_volume_energy
+from warp_softbody.controllers import Balance
+from warp_softbody.controllers.motions.balance_gains import LETTER
 from warp_softbody.engine.energies import EnergyMeter
 from warp_softbody.errors import InputError, MissingExtraError, OutputError
 from warp_softbody.inputs import extras
+from warp_softbody.scenes.balance_i import balancing_letter
 
 G = 9.81
+STEP = 1.0 / 60.0
 
 
 @cache
@@ -202,3 +207,35 @@ def test_nothing_to_write_and_places_that_are_none(
     monkeypatch.setattr(extras, "find_spec", lambda name: None)
     with pytest.raises(MissingExtraError, match=r"plots need matplotlib.*warp-softbody\[charts\]"):
         recorder.plot(tmp_path / "plots")
+
+
+@pytest.mark.parametrize("controlled", [("letter_i", "other"), ("other",)], ids=str)
+def test_goals_and_plans_are_those_of_the_body_that_is_controlled(
+    controlled: tuple[str, ...],
+) -> None:
+    """Of the first one, beside another one with muscles of its own, as if it were alone."""
+    letter = balancing_letter()
+    other = replace(wsb.placed(letter, translation=(2.0, 0.0, 0.0)), name="other")
+    beside = wsb.Scene(character=letter, others=(wsb.Body(character=other),), ground=wsb.Plane())
+    alone = wsb.Scene(character=other if controlled == ("other",) else letter, ground=wsb.Plane())
+    found = []
+    for scene, names in ((beside, controlled), (alone, ("letter_i",))):
+        first = Balance(LETTER) if "letter_i" in names else None
+        others = {"other": Balance(LETTER)} if "other" in names else {}
+        options = wsb.SimulationOptions(precision="float64", tolerance=1e-10, time_step=STEP)
+        simulation = wsb.Simulation(scene, first, others=others, options=options)
+        recorder = wsb.Recorder(simulation)
+        for _ in range(24):
+            simulation.step()
+        plans = simulation.summary().plans
+        assert plans is not None and plans.momentum is not None
+        rows = [row.reached for row in simulation.goal_report().outcomes]
+        found.append((recorder.arrays(), np.array(rows), plans.momentum))
+    (one, reached, missed), (expected, wanted, least) = found
+    told = [name for name in expected if name.startswith(("plan/", "objective/"))]
+    assert told
+    for name in told:
+        size = np.nanmax(np.abs(expected[name]))
+        np.testing.assert_allclose(one[name], expected[name], atol=1e-2 * size + 1e-6, err_msg=name)
+    np.testing.assert_allclose(reached, wanted, atol=1e-3 * np.abs(wanted).max())
+    assert missed == pytest.approx(least, abs=1e-3)

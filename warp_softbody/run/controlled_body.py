@@ -145,6 +145,14 @@ class ControlledBody:
         self._dynamics.restore(saved.responses)
 
 
+def seen_part(scene: Scene, view: BodyView) -> tuple[slice, slice]:
+    """Nodes and segments, of all in a scene, that a controller saw in its view."""
+    if view.node_count == sum(len(each.mesh.points) for each in scene.characters):
+        return slice(None), slice(None)
+    part = part_named(scene, view.scene.character.name)
+    return part.nodes, part.segments
+
+
 def _alone(scene: Scene, name: str) -> Scene:
     """One body of a scene on its ground."""
     character = next(each for each in scene.characters if each.name == name)

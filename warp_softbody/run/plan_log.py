@@ -10,7 +10,9 @@ import numpy as np
 
 from warp_softbody.device.host_view import HostViews
 from warp_softbody.engine.state import Control, State
+from warp_softbody.run.controlled_body import seen_part
 from warp_softbody.run.plan_outcome import plan_outcome
+from warp_softbody.world.scene import Scene
 
 if TYPE_CHECKING:
     from warp_softbody.controllers.control_solver import Decision
@@ -73,8 +75,9 @@ class PlanMisses:
 class PlanLog:
     """Compares one of `EVERY` planned steps of a run with its plan."""
 
-    def __init__(self) -> None:
-        """No steps yet."""
+    def __init__(self, scene: Scene) -> None:
+        """No steps of a scene yet."""
+        self._scene = scene
         self._planned = 0
         self._momentum: list[float] = []
         self._cost: list[float] = []
@@ -85,9 +88,9 @@ class PlanLog:
         self._planned += 1
         if self._planned % EVERY or not decision.converged:
             return
-        nodes = decision.view.node_count
-        velocities = self._views.read(state.velocities)[:nodes].astype(np.float64)
-        pushes = self._views.read(control.external_forces)[:nodes].astype(np.float64)
+        nodes, _ = seen_part(self._scene, decision.view)
+        velocities = self._views.read(state.velocities)[nodes].astype(np.float64)
+        pushes = self._views.read(control.external_forces)[nodes].astype(np.float64)
         outcome = plan_outcome(decision, velocities, pushes)
         self._momentum.append(outcome.momentum_miss)
         self._cost.append(outcome.cost_miss)

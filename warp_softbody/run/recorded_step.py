@@ -13,6 +13,7 @@ from warp_softbody.controllers.controller import Goals
 from warp_softbody.engine.energies import EnergyMeter
 from warp_softbody.engine.model import Model
 from warp_softbody.engine.snapshots import Snapshots
+from warp_softbody.run.controlled_body import seen_part
 from warp_softbody.run.plan_outcome import plan_outcome
 from warp_softbody.run.step_record import StepRecord
 from warp_softbody.world.frame import ContactSample, Frame
@@ -43,8 +44,7 @@ class StepMeter:
             **self._contact(frame.contacts),
             "activations": frame.activations,
             **{f"energy/{name}": value for name, value in energies._asdict().items()},
-            **_objectives(step.decision, frame),
-            **_plan(step, frame),
+            **self._decided(step, frame),
             **_costs(step),
         }, frame.contacts
 
@@ -63,6 +63,19 @@ class StepMeter:
             "angular_momentum": np.array(angular),
         }
 
+    def _decided(self, step: StepRecord, frame: Frame) -> Numbers:
+        """Goals and plan of the first body that is controlled."""
+        decision = step.decision
+        if decision is None:
+            return {}
+        nodes, segments = seen_part(self._model.scene, decision.view)
+        velocities, chosen = frame.velocities[nodes], frame.activations[segments]
+        found = _objectives(decision, velocities, chosen)
+        if decision.converged:
+            pushes = np.array(step.control.external_forces.numpy(), dtype=np.float64)
+            found |= _plan(decision, velocities, pushes[nodes])
+        return found
+
     def _contact(self, contacts: ContactSample) -> Numbers:
         bodies = range(len(self._masses))
         count = len(self._masses)
@@ -77,15 +90,13 @@ class StepMeter:
         }
 
 
-def _objectives(decision: Decision | None, frame: Frame) -> Numbers:
+def _objectives(decision: Decision, velocities: FloatArray, activations: FloatArray) -> Numbers:
     """What the plan expected to be left of all goals, and what the step has left of each.
 
     Of a plan that looks further ahead, what is left if all goes on as in the step.
     """
-    if decision is None:
-        return {}
     view = decision.view
-    velocities = view.at_horizon(view.velocities, frame.velocities[: view.node_count]).reshape(-1)
+    velocities = view.at_horizon(view.velocities, velocities).reshape(-1)
     left: Numbers = {"objective/planned": np.float64(decision.result.objective)}
     counted: Counter[str] = Counter()
     for goal in decision.goals.objectives:
@@ -93,20 +104,15 @@ def _objectives(decision: Decision | None, frame: Frame) -> Numbers:
         number = f" {counted[goal.name]}" if counted[goal.name] > 1 else ""
         miss = goal.rows @ velocities - goal.target
         left[f"objective/{goal.name}{number}"] = np.asarray(goal.weight @ miss**2)
-    spent = _activation_cost(decision.goals, decision, frame.activations)
+    spent = _activation_cost(decision.goals, decision, activations)
     reached = sum(float(value) for name, value in left.items() if name != "objective/planned")
     reached += sum(float(value) for value in spent.values())
     return {**left, **spent, "objective/reached": np.float64(reached)}
 
 
-def _plan(step: StepRecord, frame: Frame) -> Numbers:
-    """What the plan expected of the character, and by how much the step misses it."""
-    decision = step.decision
-    if decision is None or not decision.converged:
-        return {}
-    nodes = decision.view.node_count
-    pushes = np.array(step.control.external_forces.numpy(), dtype=np.float64)
-    found = plan_outcome(decision, frame.velocities[:nodes], pushes[:nodes])
+def _plan(decision: Decision, velocities: FloatArray, pushes: FloatArray) -> Numbers:
+    """What the plan expected of the body, and by how much the step misses it."""
+    found = plan_outcome(decision, velocities, pushes)
     return {
         "plan/momentum": found.momentum_planned,
         "plan/angular_momentum": found.spin_planned,

@@ -30,7 +30,7 @@ from warp_softbody.errors import InputError, NotFiniteError
 from warp_softbody.inputs import array_checks, checks, input_kinds
 from warp_softbody.run.applied_forces import AppliedForce, applied_force
 from warp_softbody.run.continuation import copy_motion, require_same_bodies
-from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies
+from warp_softbody.run.controlled_body import ControlledBody, controlled_bodies, seen_part
 from warp_softbody.run.early_kernels import prepare_kernels
 from warp_softbody.run.falls import Falls
 from warp_softbody.run.goal_report import GoalReport, goal_report
@@ -167,7 +167,7 @@ class Simulation:
         self._begun: tuple[StepClock, bool] | None = None
         self._frames = 0
         self._log = StepLog()
-        self._plans = PlanLog()
+        self._plans = PlanLog(scene)
         self._account = RunAccount(self.model)
         self._gauge = ShapeGauge(self.model)
         self._status = "complete"
@@ -530,10 +530,11 @@ class Simulation:
         if self._decision is None:
             raise InputError(f"no controller of {self.name!r} has decided in the last step")
         velocities = self._state.velocities.numpy().astype(np.float64)
+        nodes, _ = seen_part(self.model.scene, self._decision.view)
         course = self._controlled[0].course
         return goal_report(
             self._decision,
-            velocities[: self._decision.view.node_count],
+            velocities[nodes],
             course[-1].name if course else None,
         )
 
