@@ -19,8 +19,8 @@ from warp_softbody.kernels.widening import make_widening
 
 LEAST_LEFT = 0.25
 """Share that the ground leaves of a row, squared, below which it is left out: from there on nodes
-would move more than twice as fast as it asks. With a sixth of it feet that came down on a step were
-flung away at 100 m/s, by two rows that the same two nodes were left to answer."""
+would move more than twice as fast as it asks. With 0.03 feet that came down on a step were flung
+away at 100 m/s, by two rows on one edge that its two nodes were left to answer."""
 
 ALONG_X = 0.7
 """Component of a unit vector from which on it counts as being along x."""
